@@ -1,0 +1,139 @@
+"""The behaviour m: an emotion-labelled performance on the 22-joint body skeleton."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from affectsim_data.poses import (
+    FloatArray,
+    quaternion_slerp,
+    standard_quaternion,
+)
+from affectsim_data.skeletons import BODY, NUM_JOINTS
+
+__all__ = ["EMOTIONS", "Emotion", "Motion", "emotion_label"]
+
+Emotion = Literal["angry", "fearful", "happy", "neutral", "sad"]
+EMOTIONS: tuple[Emotion, ...] = get_args(Emotion)
+"""The label space, in the order of label indices 0 to 4."""
+
+
+def emotion_label(emotion: str) -> int:
+    """Index of an emotion in `EMOTIONS`.
+
+    Raises:
+        ValueError: Not one of the five.
+
+    Examples:
+        >>> emotion_label("happy")
+        2
+    """
+    if emotion not in EMOTIONS:
+        raise ValueError(f"emotion must be one of {', '.join(EMOTIONS)}, got {emotion!r}")
+    return EMOTIONS.index(emotion)
+
+
+@dataclasses.dataclass(frozen=True)
+class Motion:
+    """One performance by one person at a fixed rate, for the canonical body, played cyclically.
+
+    The performance frame has its origin on the floor under the pelvis of the first frame, +Y up,
+    and the performer looks along +Z there.
+    """
+
+    motion_id: str
+    """Unique in a release, for example `bandai_namco/walk_happy_001`."""
+    performer_id: str
+    """Who performed."""
+    group_id: str
+    """What may not be shared between splits: the source performance or interaction sequence."""
+    emotion: Emotion
+    """The label; it lives here and nowhere else."""
+    action: str
+    """What is done: `simple_walk`, `being_seated`, ... or the source's own word."""
+    fps: float
+    """Frames per second."""
+    root_translation: FloatArray
+    """Pelvis of the canonical body in the performance frame, metres, `(num_frames, 3)`."""
+    joint_rotations: FloatArray
+    """Of a joint in its parent, unit `wxyz`, `(num_frames, 22, 4)`; identity is the T-pose."""
+    source: str = ""
+    """Corpus and file it came from."""
+    licence: str = ""
+    """Licence of the source, SPDX where there is one."""
+
+    def __post_init__(self) -> None:
+        emotion_label(self.emotion)
+        name = f"motion {self.motion_id!r}"
+        num_frames = len(self.root_translation)
+        if self.root_translation.shape != (num_frames, 3) or num_frames < 2:
+            raise ValueError(
+                f"{name}: root_translation must be (num_frames >= 2, 3), "
+                f"got {self.root_translation.shape}"
+            )
+        if self.joint_rotations.shape != (num_frames, NUM_JOINTS, 4):
+            raise ValueError(
+                f"{name}: joint_rotations must be ({num_frames}, {NUM_JOINTS}, 4), "
+                f"got {self.joint_rotations.shape}"
+            )
+        if not self.fps > 0.0:
+            raise ValueError(f"{name}: fps must be positive, got {self.fps}")
+        for field in ("root_translation", "joint_rotations"):
+            bad = ~np.isfinite(getattr(self, field)).reshape(num_frames, -1).all(axis=1)
+            if bad.any():
+                raise ValueError(
+                    f"{name}: {field} must be finite, got nan or inf in {int(bad.sum())} of "
+                    f"{num_frames} frames, first in frame {int(np.argmax(bad))}"
+                )
+        norms = np.linalg.norm(self.joint_rotations, axis=-1)
+        if np.abs(norms - 1.0).max() > 1e-3:
+            frame, joint = np.unravel_index(np.abs(norms - 1.0).argmax(), norms.shape)
+            raise ValueError(
+                f"{name}: joint_rotations must be unit quaternions, got norm "
+                f"{norms[frame, joint]:.4f} in frame {frame}, joint {joint}"
+            )
+
+    @property
+    def num_frames(self) -> int:
+        """Frames in one cycle."""
+        return len(self.root_translation)
+
+    @property
+    def duration_s(self) -> float:
+        """Length of one cycle in seconds."""
+        return self.num_frames / self.fps
+
+    def sample(self, time_s: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Root translations `(n, 3)` and joint rotations `(n, 22, 4)` at instants `(n,)`, cyclic.
+
+        Between frames the root moves linearly and joints turn by the shorter way; the last frame
+        leads into the first.
+        """
+        position = np.mod(np.asarray(time_s, np.float64) * self.fps, self.num_frames)
+        before = np.floor(position).astype(np.intp) % self.num_frames
+        after = (before + 1) % self.num_frames
+        share = position - np.floor(position)
+        root = self.root_translation
+        root = root[before] + share[:, None] * (root[after] - root[before])
+        rotations = quaternion_slerp(
+            self.joint_rotations[before], self.joint_rotations[after], share[:, None]
+        )
+        return root, rotations
+
+    def joint_positions(self) -> FloatArray:
+        """Joints of the canonical body in the performance frame, metres, `(num_frames, 22, 3)`."""
+        return BODY.forward_kinematics(self.root_translation, self.joint_rotations)[0]
+
+    def rounded(self) -> Motion:
+        """The motion as shards store it: float32, quaternions with `w >= 0`."""
+        rotations = standard_quaternion(self.joint_rotations).astype(np.float32)
+        root = self.root_translation.astype(np.float32)
+        return dataclasses.replace(
+            self,
+            root_translation=root.astype(np.float64),
+            joint_rotations=rotations.astype(np.float64),
+        )

@@ -1,0 +1,1 @@
+"""Camera trajectories: one module per condition."""

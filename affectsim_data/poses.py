@@ -1,0 +1,194 @@
+"""Quaternions (`wxyz`) and rigid transforms, batched over leading axes. NumPy only.
+
+A pose is written `T_target_source`: it takes points of `source` into `target`, so that
+`p_world = T_world_camera @ p_camera`. World and people are +Y up, right-handed, metres.
+People look along their own +Z (as SMPL bodies do), cameras and robots along their own -Z (as in
+glTF); `yaw` always turns an object about +Y, counter-clockwise seen from above.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "FloatArray",
+    "axis_angle_quaternion",
+    "compose_pose",
+    "invert_pose",
+    "look_at",
+    "matrix_quaternion",
+    "quaternion_conjugate",
+    "quaternion_matrix",
+    "quaternion_multiply",
+    "quaternion_rotate",
+    "quaternion_slerp",
+    "standard_quaternion",
+    "transform_points",
+    "yaw_quaternion",
+]
+
+FloatArray = NDArray[np.float64]
+
+UP = np.array([0.0, 1.0, 0.0])
+
+
+def quaternion_multiply(left: ArrayLike, right: ArrayLike) -> FloatArray:
+    """Product of quaternions, `(..., 4)`: rotates by `right` first, then by `left`."""
+    a, b = np.asarray(left, np.float64), np.asarray(right, np.float64)
+    aw, ax, ay, az = np.moveaxis(a, -1, 0)
+    bw, bx, by, bz = np.moveaxis(b, -1, 0)
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
+
+
+def quaternion_conjugate(rotation: ArrayLike) -> FloatArray:
+    """Inverse of unit quaternions, `(..., 4)`."""
+    conjugate: FloatArray = np.asarray(rotation, np.float64) * np.array([1.0, -1.0, -1.0, -1.0])
+    return conjugate
+
+
+def standard_quaternion(rotation: ArrayLike) -> FloatArray:
+    """The same rotation as a unit quaternion with `w >= 0`, `(..., 4)`."""
+    q = np.asarray(rotation, np.float64)
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    standard: FloatArray = np.where(q[..., :1] < 0.0, -q, q)
+    return standard
+
+
+def quaternion_rotate(rotation: ArrayLike, vectors: ArrayLike) -> FloatArray:
+    """Vectors `(..., 3)` turned by unit quaternions `(..., 4)`; leading axes broadcast."""
+    q, v = np.asarray(rotation, np.float64), np.asarray(vectors, np.float64)
+    axis = q[..., 1:]
+    twice_cross = 2.0 * np.cross(axis, v)
+    rotated: FloatArray = v + q[..., :1] * twice_cross + np.cross(axis, twice_cross)
+    return rotated
+
+
+def axis_angle_quaternion(axis: ArrayLike, angle: ArrayLike) -> FloatArray:
+    """Turn by `angle` (radians, `(...)`) about unit `axis` (`(..., 3)`), as `(..., 4)`."""
+    half = np.asarray(angle, np.float64)[..., None] / 2.0
+    imaginary = np.asarray(axis, np.float64) * np.sin(half)
+    real = np.broadcast_to(np.cos(half), (*imaginary.shape[:-1], 1))
+    return np.concatenate([real, imaginary], axis=-1)
+
+
+def yaw_quaternion(yaw: ArrayLike) -> FloatArray:
+    """Turn by `yaw` radians about +Y, `(..., 4)`."""
+    return axis_angle_quaternion(UP, yaw)
+
+
+def quaternion_matrix(rotation: ArrayLike) -> FloatArray:
+    """Rotation matrices `(..., 3, 3)` of unit quaternions `(..., 4)`."""
+    columns = quaternion_rotate(np.asarray(rotation, np.float64)[..., None, :], np.eye(3))
+    return np.swapaxes(columns, -1, -2)
+
+
+def matrix_quaternion(matrix: ArrayLike) -> FloatArray:
+    """Unit quaternions `(..., 4)`, `w >= 0`, of rotation matrices `(..., 3, 3)`.
+
+    Uses the largest of the four components for a stable division (Shepperd 1978).
+    """
+    m = np.asarray(matrix, np.float64)
+    trace = np.trace(m, axis1=-2, axis2=-1)
+    m00, m11, m22 = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    squares = np.stack([trace, m00, m11, m22], axis=-1)
+    # Row k is the quaternion times four times its component k.
+    wx, wy, wz = (
+        m[..., 2, 1] - m[..., 1, 2],
+        m[..., 0, 2] - m[..., 2, 0],
+        m[..., 1, 0] - m[..., 0, 1],
+    )
+    xy, xz, yz = (
+        m[..., 0, 1] + m[..., 1, 0],
+        m[..., 0, 2] + m[..., 2, 0],
+        m[..., 1, 2] + m[..., 2, 1],
+    )
+    rows = np.stack(
+        [
+            np.stack([1.0 + trace, wx, wy, wz], axis=-1),
+            np.stack([wx, 1.0 + m00 - m11 - m22, xy, xz], axis=-1),
+            np.stack([wy, xy, 1.0 - m00 + m11 - m22, yz], axis=-1),
+            np.stack([wz, xz, yz, 1.0 - m00 - m11 + m22], axis=-1),
+        ],
+        axis=-2,
+    )
+    best = np.argmax(squares, axis=-1)[..., None, None]
+    return standard_quaternion(np.take_along_axis(rows, best, axis=-2)[..., 0, :])
+
+
+def quaternion_slerp(start: ArrayLike, end: ArrayLike, share: ArrayLike) -> FloatArray:
+    """The shorter way from `start` to `end`, `(..., 4)`, at `share` in [0, 1], `(...)`."""
+    a, b = np.asarray(start, np.float64), np.asarray(end, np.float64)
+    t = np.asarray(share, np.float64)[..., None]
+    cosine = np.sum(a * b, axis=-1, keepdims=True)
+    b = np.where(cosine < 0.0, -b, b)
+    angle = np.arccos(np.clip(np.abs(cosine), 0.0, 1.0))
+    sine = np.sin(angle)
+    near = sine < 1e-6
+    safe = np.where(near, 1.0, sine)
+    weight_a = np.where(near, 1.0 - t, np.sin((1.0 - t) * angle) / safe)
+    weight_b = np.where(near, t, np.sin(t * angle) / safe)
+    mixed = weight_a * a + weight_b * b
+    unit: FloatArray = mixed / np.linalg.norm(mixed, axis=-1, keepdims=True)
+    return unit
+
+
+def compose_pose(rotation: ArrayLike, translation: ArrayLike) -> FloatArray:
+    """Transforms `(..., 4, 4)` of unit quaternions `(..., 4)` and translations `(..., 3)`."""
+    matrix = quaternion_matrix(rotation)
+    shift = np.asarray(translation, np.float64)
+    shape = np.broadcast_shapes(matrix.shape[:-2], shift.shape[:-1])
+    pose = np.zeros((*shape, 4, 4))
+    pose[..., :3, :3] = matrix
+    pose[..., :3, 3] = shift
+    pose[..., 3, 3] = 1.0
+    return pose
+
+
+def invert_pose(pose: ArrayLike) -> FloatArray:
+    """Inverse of rigid transforms `(..., 4, 4)`."""
+    T = np.asarray(pose, np.float64)
+    inverse = np.zeros_like(T)
+    rotation = np.swapaxes(T[..., :3, :3], -1, -2)
+    inverse[..., :3, :3] = rotation
+    inverse[..., :3, 3] = -np.einsum("...ij,...j->...i", rotation, T[..., :3, 3])
+    inverse[..., 3, 3] = 1.0
+    return inverse
+
+
+def transform_points(pose: ArrayLike, points: ArrayLike) -> FloatArray:
+    """Points `(..., n, 3)` taken through transforms `(..., 4, 4)`."""
+    T, p = np.asarray(pose, np.float64), np.asarray(points, np.float64)
+    moved: FloatArray = p @ np.swapaxes(T[..., :3, :3], -1, -2) + T[..., None, :3, 3]
+    return moved
+
+
+def look_at(eye: ArrayLike, target: ArrayLike) -> FloatArray:
+    """`T_world_camera`, `(..., 4, 4)`, of level cameras at `eye` that look at `target`, `(..., 3)`.
+
+    Raises:
+        ValueError: A target is at, straight above or straight below its eye.
+    """
+    e, t = np.asarray(eye, np.float64), np.asarray(target, np.float64)
+    back = e - t
+    right = np.cross(UP, back)
+    length = np.linalg.norm(right, axis=-1, keepdims=True)
+    if np.any(length < 1e-9):
+        raise ValueError("look_at needs a target that is not straight above, below or at the eye")
+    right = right / length
+    back = back / np.linalg.norm(back, axis=-1, keepdims=True)
+    pose = np.zeros((*back.shape[:-1], 4, 4))
+    pose[..., :3, 0] = right
+    pose[..., :3, 1] = np.cross(back, right)
+    pose[..., :3, 2] = back
+    pose[..., :3, 3] = e
+    pose[..., 3, 3] = 1.0
+    return pose

@@ -1,0 +1,1 @@
+"""Rendering: the only place that opens EGL."""
