@@ -32,6 +32,24 @@ class AvatarMesh:
     faces: NDArray[np.uint32]
     """Triangles, counter-clockwise from outside, `(num_faces, 3)`."""
 
+    def __post_init__(self) -> None:
+        count = len(self.positions)
+        shapes = {"positions": 3, "normals": 3, "colors": 4, "joint_indices": 4, "joint_weights": 4}
+        for field, width in shapes.items():
+            if getattr(self, field).shape != (count, width):
+                raise ValueError(
+                    f"avatar mesh: {field} must be ({count}, {width}), "
+                    f"got {getattr(self, field).shape}"
+                )
+        if not np.isfinite(self.positions).all():
+            raise ValueError("avatar mesh: positions must be finite")
+        if self.faces.ndim != 2 or self.faces.shape[1] != 3 or not len(self.faces):
+            raise ValueError(f"avatar mesh: faces must be (n >= 1, 3), got {self.faces.shape}")
+        if int(self.faces.max()) >= count:
+            raise ValueError("avatar mesh: a face names a vertex that is not there")
+        if int(self.joint_indices.max()) >= NUM_JOINTS:
+            raise ValueError(f"avatar mesh: a vertex names a joint >= {NUM_JOINTS}")
+
     def skin(self, joint_matrices: ArrayLike) -> FloatArray:
         """Vertices under joint matrices `(..., 22, 4, 4)`, as `(..., num_vertices, 3)`."""
         return _skin(self.positions, self.joint_indices, self.joint_weights / 255.0, joint_matrices)
@@ -83,13 +101,6 @@ class Avatar:
             raise ValueError(f"avatar {self.avatar_id!r}: needs the 22 body joints in their order")
         if not self.meshes:
             raise ValueError(f"avatar {self.avatar_id!r}: needs at least one mesh")
-        for mesh in self.meshes:
-            if mesh.faces.size and int(mesh.faces.max()) >= len(mesh.positions):
-                raise ValueError(
-                    f"avatar {self.avatar_id!r}: a face names a vertex that is not there"
-                )
-            if int(mesh.joint_indices.max()) >= NUM_JOINTS:
-                raise ValueError(f"avatar {self.avatar_id!r}: a vertex names joint >= {NUM_JOINTS}")
 
     @property
     def motion_scale(self) -> float:
@@ -213,8 +224,12 @@ class Avatar:
                 source=extras["source"],
                 licence=extras["licence"],
             )
-        except (KeyError, IndexError, TypeError) as error:
-            raise ValueError(f"{name}: not an avatar GLB: {error!r} is missing") from error
+        except (KeyError, IndexError, TypeError, AttributeError) as error:
+            raise ValueError(f"{name}: not an avatar GLB: {error!r}") from error
+        except ValueError as error:
+            if str(error).startswith(name):
+                raise
+            raise ValueError(f"{name}: {error}") from error
 
 
 def _read_mesh(glb: GlbFile, entry: dict[str, Any]) -> AvatarMesh:

@@ -106,7 +106,9 @@ class Camera:
     def from_json(cls, fields: Mapping[str, float | int]) -> Camera:
         """Reads what `to_json` wrote, or the `[camera]` table of a recipe."""
         hfov = math.radians(float(fields["hfov_deg"]))
-        return cls(width=int(fields["width"]), height=int(fields["height"]), hfov=hfov)
+        # Not `int(...)`: half a pixel is an error, not a smaller image.
+        width, height = fields["width"], fields["height"]
+        return cls(width=width, height=height, hfov=hfov)  # type: ignore[arg-type]  # checked there
 
 
 @dataclasses.dataclass(frozen=True)

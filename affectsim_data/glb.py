@@ -55,7 +55,9 @@ class GlbBuilder:
         code = _COMPONENT_CODES.get(data.dtype.str)
         if code is None:
             raise ValueError(f"glTF has no component type for {data.dtype}")
-        kind = next(name for name, size in _WIDTHS.items() if size == width)
+        kind = next((name for name, size in _WIDTHS.items() if size == width), None)
+        if kind is None:
+            raise ValueError(f"glTF has no accessor type for arrays {array.shape}")
         entry: dict[str, Any] = {
             "bufferView": self._view(data.tobytes()),
             "componentType": code,
@@ -121,8 +123,10 @@ class GlbFile:
             raise ValueError(f"{name}: broken GLB JSON chunk")
         try:
             document = json.loads(payload[20 : 20 + length])
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise ValueError(f"{name}: GLB JSON does not parse: {error}") from error
+        if not isinstance(document, dict):
+            raise ValueError(f"{name}: GLB JSON must be an object, got {type(document).__name__}")
         blob = b""
         start = 20 + length
         if start + 8 <= total:
@@ -132,26 +136,52 @@ class GlbFile:
             blob = payload[start + 8 : start + 8 + size]
         return cls(name=name, document=document, blob=blob)
 
-    def _bytes(self, view_index: int) -> bytes:
-        view = self.document["bufferViews"][view_index]
-        start, size = int(view.get("byteOffset", 0)), int(view["byteLength"])
-        if start < 0 or size < 0 or start + size > len(self.blob):
-            raise ValueError(f"{self.name}: buffer view {view_index} leaves the buffer")
+    def _entry(self, member: str, index: Any) -> dict[str, Any]:
+        entries = self.document.get(member)
+        entry: Any = None
+        if isinstance(entries, list) and isinstance(index, int) and 0 <= index < len(entries):
+            entry = entries[index]  # a negative index would count from the end
+        if not isinstance(entry, dict):
+            raise ValueError(f"{self.name}: the GLB has no {member}[{index!r}]")
+        return entry
+
+    def _count(self, entry: dict[str, Any], key: str, default: int | None = None) -> int:
+        value = entry.get(key, default)
+        if not isinstance(value, int) or value < 0:
+            raise ValueError(f"{self.name}: GLB {key} must be an integer >= 0, got {value!r}")
+        return value
+
+    def _bytes(self, view_index: Any) -> bytes:
+        view = self._entry("bufferViews", view_index)
+        if "byteStride" in view:
+            raise ValueError(f"{self.name}: GLB buffer view {view_index} is interleaved")
+        start, size = self._count(view, "byteOffset", 0), self._count(view, "byteLength")
+        if start + size > len(self.blob):
+            raise ValueError(f"{self.name}: GLB buffer view {view_index} leaves the buffer")
         return self.blob[start : start + size]
 
     def array(self, index: int) -> NDArray[Any]:
-        """The array of an accessor: `(n,)`, `(n, k)` or `(n, 4, 4)` row-major."""
-        entry = self.document["accessors"][index]
-        dtype, width = _COMPONENTS[entry["componentType"]], _WIDTHS[entry["type"]]
-        count = int(entry["count"])
-        payload = self._bytes(entry["bufferView"])
-        if count < 0 or count * width * dtype.itemsize > len(payload):
-            raise ValueError(f"{self.name}: accessor {index} leaves its buffer view")
-        flat = np.frombuffer(payload, dtype, count * width)
+        """The array of an accessor: `(n,)`, `(n, k)` or `(n, 4, 4)` row-major.
+
+        Raises:
+            ValueError: No such accessor, or it leaves the buffer, or it is sparse or interleaved.
+        """
+        entry = self._entry("accessors", index)
+        code, kind = entry.get("componentType"), entry.get("type")
+        if not isinstance(code, int) or code not in _COMPONENTS:
+            raise ValueError(f"{self.name}: GLB accessor {index} has componentType {code!r}")
+        if not isinstance(kind, str) or kind not in _WIDTHS or "sparse" in entry:
+            raise ValueError(f"{self.name}: GLB accessor {index} is of type {kind!r} or sparse")
+        dtype, width = _COMPONENTS[code], _WIDTHS[kind]
+        count, start = self._count(entry, "count"), self._count(entry, "byteOffset", 0)
+        payload = self._bytes(entry.get("bufferView"))
+        if start + count * width * dtype.itemsize > len(payload):
+            raise ValueError(f"{self.name}: GLB accessor {index} leaves its buffer view")
+        flat = np.frombuffer(payload, dtype, count * width, start)
         if width == 16:
             return np.swapaxes(flat.reshape(count, 4, 4), 1, 2)
         return flat if width == 1 else flat.reshape(count, width)
 
     def image(self, index: int) -> bytes:
         """The encoded bytes of an image."""
-        return self._bytes(self.document["images"][index]["bufferView"])
+        return self._bytes(self._entry("images", index).get("bufferView"))

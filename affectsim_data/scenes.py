@@ -47,7 +47,11 @@ class Surface:
                     f"surface {self.name!r}: {field} must be ({count}, {width}), "
                     f"got {getattr(self, field).shape}"
                 )
-        if self.faces.size and int(self.faces.max()) >= count:
+        if not np.isfinite(self.positions).all():
+            raise ValueError(f"surface {self.name!r}: positions must be finite")
+        if self.faces.ndim != 2 or self.faces.shape[1] != 3:
+            raise ValueError(f"surface {self.name!r}: faces must be (n, 3), got {self.faces.shape}")
+        if self.faces.size and not 0 <= int(self.faces.min()) <= int(self.faces.max()) < count:
             raise ValueError(f"surface {self.name!r}: a face names a vertex that is not there")
         if self.texture is not None and (self.uvs is None or self.uvs.shape != (count, 2)):
             raise ValueError(f"surface {self.name!r}: a texture needs uvs ({count}, 2)")
@@ -67,6 +71,13 @@ class Room:
     """Height of its floor."""
     ceiling_y: float = 2.6
     """Height of its ceiling."""
+
+    def __post_init__(self) -> None:
+        if len(self.polygon) < 3 or any(len(corner) != 2 for corner in self.polygon):
+            raise ValueError(
+                f"room {self.room_id!r}: polygon must be three or more corners (x, z), "
+                f"got {self.polygon}"
+            )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,7 +104,7 @@ class Door:
     """Of the leaf, metres."""
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Scene:
     """A static place: what is drawn, what blocks rays and robots, and its semantics."""
 
@@ -219,8 +230,12 @@ class Scene:
                 source=extras["source"],
                 licence=extras["licence"],
             )
-        except (KeyError, IndexError, TypeError) as error:
-            raise ValueError(f"{name}: not a scene GLB: {error!r} is missing") from error
+        except (KeyError, IndexError, TypeError, AttributeError) as error:
+            raise ValueError(f"{name}: not a scene GLB: {error!r}") from error
+        except ValueError as error:
+            if str(error).startswith(name):
+                raise
+            raise ValueError(f"{name}: {error}") from error
 
 
 def _encode_png(pixels: NDArray[np.uint8]) -> bytes:
@@ -230,10 +245,14 @@ def _encode_png(pixels: NDArray[np.uint8]) -> bytes:
 
 
 def _decode_texture(payload: bytes, *, name: str) -> NDArray[np.uint8]:
-    with Image.open(io.BytesIO(payload), formats=["PNG"]) as image:
-        if max(image.size) > MAX_TEXTURE_SIZE:
-            raise ValueError(f"{name}: texture is {image.size}, more than {MAX_TEXTURE_SIZE}")
-        return np.asarray(image.convert("RGB"))
+    try:
+        with Image.open(io.BytesIO(payload), formats=["PNG"]) as image:
+            if max(image.size) > MAX_TEXTURE_SIZE:
+                raise ValueError(f"texture is {image.size}, more than {MAX_TEXTURE_SIZE}")
+            return np.asarray(image.convert("RGB"))
+    except (ValueError, OSError, SyntaxError, Image.DecompressionBombError) as error:
+        # Pillow reports a broken PNG as any of these.
+        raise ValueError(f"{name}: a texture cannot be read: {error}") from error
 
 
 def _read_surface(glb: GlbFile, primitive: dict[str, Any]) -> Surface:

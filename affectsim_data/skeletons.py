@@ -8,6 +8,7 @@ left hand along +X, and every joint frame is aligned with the world: all rotatio
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -68,7 +69,7 @@ class Skeleton:
                 f"got {len(self.joint_parents)} and {self.joint_offsets.shape}"
             )
         for index, parent in enumerate(self.joint_parents):
-            if (index == 0) != (parent == -1) or parent >= index:
+            if (index == 0) != (parent == -1) or not -1 <= parent < index:
                 raise ValueError(f"joint {self.joint_names[index]!r}: parents must come first")
 
     @property
@@ -97,17 +98,26 @@ class Skeleton:
         local = np.asarray(joint_rotations, np.float64)
         rotations = np.empty_like(local)
         positions = np.empty((*local.shape[:-1], 3))
-        for joint, parent in enumerate(self.joint_parents):
-            if parent < 0:
-                rotations[..., joint, :] = local[..., joint, :]
-                positions[..., joint, :] = root_translation
-                continue
-            turned = quaternion_rotate(rotations[..., parent, :], self.joint_offsets[joint])
-            positions[..., joint, :] = positions[..., parent, :] + turned
-            rotations[..., joint, :] = quaternion_multiply(
-                rotations[..., parent, :], local[..., joint, :]
-            )
+        rotations[..., 0, :] = local[..., 0, :]
+        positions[..., 0, :] = root_translation
+        for joints, parents in self._generations:
+            above = rotations[..., parents, :]
+            turned = quaternion_rotate(above, self.joint_offsets[joints])
+            positions[..., joints, :] = positions[..., parents, :] + turned
+            rotations[..., joints, :] = quaternion_multiply(above, local[..., joints, :])
         return positions, rotations
+
+    @functools.cached_property
+    def _generations(self) -> list[tuple[list[int], list[int]]]:
+        """Joints equally far from the root, with their parents, nearest first."""
+        depth = [0] * len(self.joint_parents)
+        for joint, parent in enumerate(self.joint_parents[1:], start=1):
+            depth[joint] = depth[parent] + 1
+        generations = []
+        for level in range(1, max(depth) + 1):
+            joints = [joint for joint, found in enumerate(depth) if found == level]
+            generations.append((joints, [self.joint_parents[joint] for joint in joints]))
+        return generations
 
 
 def _body_offsets() -> FloatArray:
@@ -137,4 +147,4 @@ def _body_offsets() -> FloatArray:
 
 
 BODY = Skeleton(JOINT_NAMES, JOINT_PARENTS, _body_offsets())
-"""The canonical body, 1.70 m tall: motions are stored for it, avatars have their own proportions."""
+"""The canonical body, 1.70 m tall, that motions are stored for; avatars have their own."""

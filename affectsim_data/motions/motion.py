@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Literal, get_args
 
 import numpy as np
@@ -67,8 +68,11 @@ class Motion:
     """Licence of the source, SPDX where there is one."""
 
     def __post_init__(self) -> None:
-        emotion_label(self.emotion)
         name = f"motion {self.motion_id!r}"
+        if self.emotion not in EMOTIONS:
+            raise ValueError(
+                f"{name}: emotion must be one of {', '.join(EMOTIONS)}, got {self.emotion!r}"
+            )
         num_frames = len(self.root_translation)
         if self.root_translation.shape != (num_frames, 3) or num_frames < 2:
             raise ValueError(
@@ -80,8 +84,8 @@ class Motion:
                 f"{name}: joint_rotations must be ({num_frames}, {NUM_JOINTS}, 4), "
                 f"got {self.joint_rotations.shape}"
             )
-        if not self.fps > 0.0:
-            raise ValueError(f"{name}: fps must be positive, got {self.fps}")
+        if not 0.0 < self.fps < math.inf:
+            raise ValueError(f"{name}: fps must be positive and finite, got {self.fps}")
         for field in ("root_translation", "joint_rotations"):
             bad = ~np.isfinite(getattr(self, field)).reshape(num_frames, -1).all(axis=1)
             if bad.any():

@@ -1,0 +1,225 @@
+"""Builds a release from a recipe: assets, episodes, shards, manifest."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import multiprocessing
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from tqdm import tqdm
+
+import affectsim_data
+from affectsim_data.avatars import Avatar
+from affectsim_data.builders.assets import (
+    build_stage_assets,
+    load_avatars,
+    make_performances,
+    recipe_homes,
+)
+from affectsim_data.builders.composer import Shortfall, Slot, compose_slot, make_slots
+from affectsim_data.builders.measuring import Performance
+from affectsim_data.builders.placement import Stage
+from affectsim_data.builders.recipes import Recipe, read_recipe
+from affectsim_data.episodes import Episode
+from affectsim_data.motions import Motion
+from affectsim_data.releases import Manifest, ReleaseWriter
+from affectsim_data.schemas import SPLITS, array_columns
+
+__all__ = ["BuildReport", "build_release"]
+
+_In = TypeVar("_In")
+_Out = TypeVar("_Out")
+
+
+@dataclasses.dataclass(frozen=True)
+class BuildReport:
+    """What was built, and what could not be."""
+
+    manifest: Manifest
+    shortfalls: tuple[Shortfall, ...]
+    """Slots without a placement; never filled by loosening a threshold."""
+
+
+def build_release(
+    recipe: str | Path,
+    out: Path,
+    *,
+    source: Path | None = None,
+    jobs: int | None = None,
+    overwrite: bool = False,
+) -> BuildReport:
+    """Builds a release; the same recipe gives the same bytes on any number of processes.
+
+    Args:
+        recipe: Name of a file in `builders/`, or a path.
+        out: Folder of the release; appears when it is whole.
+        source: Corpus of a recipe that reads one.
+        jobs: Processes; one per core if not given.
+        overwrite: Whether `out` may hold a release already.
+
+    Raises:
+        FileNotFoundError: No such recipe or source.
+        FileExistsError: Something is at `out`.
+        ValueError: The recipe, the corpus or an asset is broken.
+    """
+    plan = read_recipe(recipe)
+    workers = jobs or os.cpu_count() or 1
+    with ReleaseWriter(out, overwrite=overwrite) as writer:
+        avatars = load_avatars(plan)
+        performances = make_performances(plan, avatars, source=source)
+        slots = make_slots(plan, performances)
+        composed = {action for one in plan.compositions for action in one.actions}
+        performances = [p for p in performances if p.motion.action in composed]
+        homes = recipe_homes(plan)
+        build = functools.partial(build_stage_assets, recipe=plan)
+        places = list(_run(build, homes, workers, "scenes", plan.name))
+        stages = [Stage.prepare(scene, navmesh, plan) for scene, navmesh in places]
+        results = list(_run(_Compose(stages, plan), slots, workers, "episodes", plan.name))
+        episodes = _number(
+            [e for result in results if isinstance(result, list) for e in result], plan
+        )
+        shortfalls = tuple(result for result in results if isinstance(result, Shortfall))
+        if not episodes:
+            raise ValueError(f"{plan.path}: no episode could be composed; see the thresholds")
+
+        _write_tables(writer, episodes, performances, stages, avatars)
+        licences = {motion.licence for motion in _motions(performances)}
+        licences |= {stage.scene.licence for stage in stages} | {a.licence for a in avatars}
+        manifest = writer.finish(
+            name=plan.name,
+            recipe=plan.name,
+            seed=plan.seed,
+            code_version=affectsim_data.__version__,
+            camera=plan.camera,
+            robot=plan.robot,
+            licences=sorted(licences - {""}),
+        )
+    return BuildReport(manifest, shortfalls)
+
+
+class _Compose:
+    """`compose_slot` with its scenes; each worker process receives them once, not per slot."""
+
+    def __init__(self, stages: Sequence[Stage], recipe: Recipe) -> None:
+        self.stages = stages
+        self.recipe = recipe
+
+    def __call__(self, slot: Slot) -> list[Episode] | Shortfall:
+        return compose_slot(slot, self.stages, self.recipe)
+
+
+_task: Callable[[Any], Any] | None = None
+
+
+def _set_task(task: Callable[[Any], Any]) -> None:
+    global _task
+    _task = task
+
+
+def _do_task(item: Any) -> Any:
+    assert _task is not None
+    return _task(item)
+
+
+def _run(
+    task: Callable[[_In], _Out], items: Sequence[_In], jobs: int, what: str, name: str
+) -> Iterator[_Out]:
+    """Results in the order of the items, with a progress bar."""
+    bar: Iterable[_Out]
+    label = f"{name}: {what}"
+    if jobs == 1 or len(items) < 2:
+        yield from tqdm(map(task, items), total=len(items), desc=label)
+        return
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["affectsim_data.builders.building"])
+    with ProcessPoolExecutor(
+        min(jobs, len(items)), context, initializer=_set_task, initargs=(task,)
+    ) as pool:
+        bar = tqdm(pool.map(_do_task, items), total=len(items), desc=label)
+        yield from bar
+
+
+def _number(episodes: list[Episode], recipe: Recipe) -> list[Episode]:
+    """Shuffles within each split and names episodes by place, so that no name tells an emotion."""
+    rng = np.random.default_rng([recipe.seed, 3])
+    numbered = []
+    for split in SPLITS:
+        members = [episode for episode in episodes if episode.split == split]
+        for place, index in enumerate(rng.permutation(len(members))):
+            episode_id = f"{recipe.name}/{split}-{place:05d}"
+            numbered.append(dataclasses.replace(members[index], episode_id=episode_id))
+    return numbered
+
+
+def _motions(performances: Sequence[Performance]) -> list[Motion]:
+    motions = []
+    for performance in performances:
+        motions.append(performance.motion)
+        if performance.partner is not None:
+            motions.append(performance.partner[0])
+    return motions
+
+
+def _write_tables(
+    writer: ReleaseWriter,
+    episodes: Sequence[Episode],
+    performances: Sequence[Performance],
+    stages: Sequence[Stage],
+    avatars: Sequence[Avatar],
+) -> None:
+    for split in SPLITS:
+        rows = [episode.to_row() for episode in episodes if episode.split == split]
+        writer.add_table("episodes", rows, stem=split)
+    motions = _motions(performances)
+    repeated = [key for key, n in Counter(motion.motion_id for motion in motions).items() if n > 1]
+    if repeated:
+        raise ValueError(f"motion ids repeat: {', '.join(sorted(repeated)[:10])}")
+    writer.add_table("motions", [_motion_row(motion) for motion in motions])
+    writer.add_table("scenes", [_scene_row(stage) for stage in stages])
+    writer.add_table("avatars", [_avatar_row(avatar) for avatar in avatars])
+
+
+def _motion_row(motion: Motion) -> dict[str, Any]:
+    names = ("motion_id", "performer_id", "group_id", "emotion", "action", "fps", "num_frames")
+    row = {name: getattr(motion, name) for name in (*names, "duration_s", "source", "licence")}
+    row |= array_columns("root_translation", motion.root_translation.astype("<f4"))
+    row |= array_columns("joint_rotations", motion.joint_rotations.astype("<f4"))
+    return row
+
+
+def _scene_row(stage: Stage) -> dict[str, Any]:
+    scene, navmesh = stage.scene, stage.navmesh
+    return {
+        "scene_id": scene.scene_id,
+        "glb": scene.to_glb(),
+        "num_triangles": scene.num_triangles,
+        "rooms": [room.purpose for room in scene.rooms],
+        "num_seats": len(scene.seats),
+        "num_doors": len(scene.doors),
+        "area_m2": navmesh.area_m2,
+        "navmesh": navmesh.to_bytes(),
+        "navmesh_sha256": stage.navmesh_sha256,
+        "mesh_sha256": scene.mesh_sha256(),
+        "agent_radius_m": navmesh.settings.agent_radius,
+        "source": scene.source,
+        "licence": scene.licence,
+    }
+
+
+def _avatar_row(avatar: Avatar) -> dict[str, Any]:
+    mesh = avatar.mesh()
+    return {
+        "avatar_id": avatar.avatar_id,
+        "glb": avatar.to_glb(),
+        "height_m": float(np.ptp(mesh.positions[:, 1])),
+        "num_triangles": len(mesh.faces),
+        "source": avatar.source,
+        "licence": avatar.licence,
+    }

@@ -1,0 +1,211 @@
+"""Poses the canonical body from where its parts should be: pelvis, trunk, head, wrists, ankles."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from affectsim_data.builders.performances.styles import Side
+from affectsim_data.poses import (
+    FloatArray,
+    axis_angle_quaternion,
+    matrix_quaternion,
+    quaternion_conjugate,
+    quaternion_multiply,
+    quaternion_rotate,
+    standard_quaternion,
+    yaw_quaternion,
+)
+from affectsim_data.skeletons import BODY, JOINT_NAMES, JOINT_PARENTS, NUM_JOINTS
+
+__all__ = ["SIDES", "SIGN", "TOE_OFFSET", "BodyTrack", "foot_rotation", "solve_body", "two_bone_ik"]
+
+SIDES: tuple[Side, Side] = ("left", "right")
+SIGN = {"left": 1.0, "right": -1.0}
+TOE_OFFSET = BODY.joint_offsets[JOINT_NAMES.index("left_foot")]
+"""Toe base in the foot, metres, `(3,)`; the same on both sides."""
+_TRUNK_HALF_M = np.array([0.20, 0.16])
+"""Half width and half depth of the clothed trunk, that wrists keep out of."""
+
+
+@dataclasses.dataclass
+class BodyTrack:
+    """Where the parts of a body are over time; every array starts with `num_frames`.
+
+    Angles are radians. Turns of trunk and head are `(pitch, yaw, roll)`: pitch positive forward,
+    yaw to the left, roll to the right. Hands are given per side from their shoulder as
+    `(out, up, forward)`, metres, in a level frame that turns with the chest.
+    """
+
+    pelvis_position: FloatArray
+    """World, metres, `(num_frames, 3)`."""
+    pelvis_turn: FloatArray
+    """Pitch, yaw, roll in the world, `(num_frames, 3)`."""
+    trunk_turn: FloatArray
+    """Chest in the pelvis, `(num_frames, 3)`."""
+    head_turn: FloatArray
+    """Head in the chest, `(num_frames, 3)`."""
+    shrug: FloatArray
+    """Collar bones raised, `(num_frames,)`."""
+    wrists: dict[Side, FloatArray]
+    """`(num_frames, 3)`."""
+    elbows: dict[Side, FloatArray]
+    """Which way the elbow sticks out, `(num_frames, 3)`."""
+    palms: dict[Side, FloatArray]
+    """Turn of the hand about the forearm, thumb outward, `(num_frames,)`."""
+    ankles: dict[Side, FloatArray]
+    """World, metres, `(num_frames, 3)`."""
+    feet: dict[Side, FloatArray]
+    """Yaw in the world and pitch (positive lifts the heel), `(num_frames, 2)`."""
+
+
+def two_bone_ik(
+    target: FloatArray, pole: FloatArray, upper_m: float, lower_m: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Directions of two bones that reach for a target, by the law of cosines.
+
+    Args:
+        target: From the root joint, metres, `(n, 3)`; out of reach, the limb points at it.
+        pole: Where the middle joint sticks out to, `(n, 3)`.
+        upper_m: Length of the first bone.
+        lower_m: Length of the second.
+
+    Returns:
+        Unit directions of both bones and the axis the middle joint bends about, each `(n, 3)`.
+    """
+    distance = np.linalg.norm(target, axis=-1, keepdims=True)
+    along = target / np.maximum(distance, 1e-9)
+    shortest, longest = abs(upper_m - lower_m) + 1e-3, (upper_m + lower_m) * 0.9995
+    distance = np.clip(distance, shortest, longest)
+    cosine = (upper_m**2 + distance**2 - lower_m**2) / (2.0 * upper_m * distance)
+    cosine = np.clip(cosine, -1.0, 1.0)
+    out = pole - np.sum(pole * along, axis=-1, keepdims=True) * along
+    out = out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-9)
+    upper = along * cosine + out * np.sqrt(1.0 - cosine**2)
+    lower = (along * distance - upper_m * upper) / lower_m
+    return upper, lower, np.cross(out, along)
+
+
+def foot_rotation(feet: FloatArray) -> FloatArray:
+    """World rotation of feet `(n, 2)` (yaw, pitch), `(n, 4)`."""
+    pitch = axis_angle_quaternion([1.0, 0.0, 0.0], feet[:, 1])
+    return quaternion_multiply(yaw_quaternion(feet[:, 0]), pitch)
+
+
+def solve_body(track: BodyTrack) -> tuple[FloatArray, FloatArray]:
+    """`root_translation` `(num_frames, 3)` and `joint_rotations` `(num_frames, 22, 4)`."""
+    world = np.zeros((len(track.pelvis_position), NUM_JOINTS, 4))
+    positions = np.zeros((len(world), NUM_JOINTS, 3))
+    _place_trunk(track, world, positions)
+    for side in SIDES:
+        _place_arm(track, side, world, positions)
+        _place_leg(track, side, world, positions)
+    local = world.copy()
+    for joint, parent in enumerate(JOINT_PARENTS):
+        if parent >= 0:
+            inverse = quaternion_conjugate(world[:, parent])
+            local[:, joint] = quaternion_multiply(inverse, world[:, joint])
+    return track.pelvis_position, standard_quaternion(local)
+
+
+def _place_trunk(track: BodyTrack, world: FloatArray, positions: FloatArray) -> None:
+    """Pelvis to head, and the collar bones."""
+    world[:, 0] = _turn(track.pelvis_turn)
+    positions[:, 0] = track.pelvis_position
+    for names, turn in (
+        (("spine1", "spine2", "spine3"), track.trunk_turn),
+        (("neck", "head"), track.head_turn),
+    ):
+        share = _turn(turn / len(names))
+        for name in names:
+            joint, parent = _place(name, world, positions)
+            world[:, joint] = quaternion_multiply(world[:, parent], share)
+    for side in SIDES:
+        joint, parent = _place(f"{side}_collar", world, positions)
+        lift = axis_angle_quaternion([0.0, 0.0, SIGN[side]], track.shrug)
+        world[:, joint] = quaternion_multiply(world[:, parent], lift)
+        _place(f"{side}_shoulder", world, positions)
+        _place(f"{side}_hip", world, positions)
+
+
+def _place_arm(track: BodyTrack, side: Side, world: FloatArray, positions: FloatArray) -> None:
+    shoulder, elbow, wrist = (
+        JOINT_NAMES.index(f"{side}_{n}") for n in ("shoulder", "elbow", "wrist")
+    )
+    chest = world[:, JOINT_NAMES.index("spine3")]
+    forward = quaternion_rotate(chest, [0.0, 0.0, 1.0])
+    level = yaw_quaternion(np.arctan2(forward[:, 0], forward[:, 2]))
+    mirror = np.array([SIGN[side], 1.0, 1.0])
+    target = quaternion_rotate(level, track.wrists[side] * mirror)
+    target = _clear_of_trunk(positions[:, shoulder] + target, chest, positions)
+    pole = quaternion_rotate(level, track.elbows[side] * mirror)
+    lengths = np.linalg.norm(BODY.joint_offsets[[elbow, wrist]], axis=1)
+    upper, lower, hinge = two_bone_ik(
+        target - positions[:, shoulder], pole, float(lengths[0]), float(lengths[1])
+    )
+    bone, axis = [SIGN[side], 0.0, 0.0], [0.0, -SIGN[side], 0.0]
+    world[:, shoulder] = _align(upper, hinge, bone, axis)
+    forearm = _align(lower, hinge, bone, axis)
+    # Forearm bones carry part of the turn of the hand, as in anatomy; skin twists less that way.
+    half = axis_angle_quaternion([SIGN[side], 0.0, 0.0], -SIGN[side] * track.palms[side] / 2.0)
+    world[:, elbow] = quaternion_multiply(forearm, half)
+    world[:, wrist] = quaternion_multiply(world[:, elbow], half)
+
+
+def _place_leg(track: BodyTrack, side: Side, world: FloatArray, positions: FloatArray) -> None:
+    hip, knee, ankle, toe = (
+        JOINT_NAMES.index(f"{side}_{n}") for n in ("hip", "knee", "ankle", "foot")
+    )
+    lengths = np.linalg.norm(BODY.joint_offsets[[knee, ankle]], axis=1)
+    feet = track.feet[side]
+    toes_forward = quaternion_rotate(yaw_quaternion(feet[:, 0]), [0.0, 0.0, 1.0])
+    pole = toes_forward + quaternion_rotate(world[:, 0], [0.0, 0.0, 1.0])
+    upper, lower, hinge = two_bone_ik(
+        track.ankles[side] - positions[:, hip], pole, float(lengths[0]), float(lengths[1])
+    )
+    world[:, hip] = _align(upper, hinge, [0.0, -1.0, 0.0], [1.0, 0.0, 0.0])
+    world[:, knee] = _align(lower, hinge, [0.0, -1.0, 0.0], [1.0, 0.0, 0.0])
+    world[:, ankle] = foot_rotation(feet)
+    # Toes stay on the floor while the heel lifts.
+    flat = np.stack([feet[:, 0], np.minimum(feet[:, 1], 0.0)], axis=1)
+    world[:, toe] = foot_rotation(flat)
+
+
+def _place(name: str, world: FloatArray, positions: FloatArray) -> tuple[int, int]:
+    """Puts a joint at its offset in its parent; gives the indices of both."""
+    joint = JOINT_NAMES.index(name)
+    parent = JOINT_PARENTS[joint]
+    turned = quaternion_rotate(world[:, parent], BODY.joint_offsets[joint])
+    positions[:, joint] = positions[:, parent] + turned
+    return joint, parent
+
+
+def _clear_of_trunk(target: FloatArray, chest: FloatArray, positions: FloatArray) -> FloatArray:
+    """Wrist targets moved out of an elliptic column around the chest's axis, below the neck."""
+    origin = positions[:, JOINT_NAMES.index("spine3")]
+    local = quaternion_rotate(quaternion_conjugate(chest), target - origin)
+    flat = local[:, [0, 2]] / _TRUNK_HALF_M
+    radius = np.linalg.norm(flat, axis=1)
+    below = local[:, 1] < 0.12
+    factor = np.where(below & (radius < 1.0), 1.0 / np.maximum(radius, 1e-3), 1.0)
+    local[:, [0, 2]] *= factor[:, None]
+    return origin + quaternion_rotate(chest, local)
+
+
+def _turn(turn: FloatArray) -> FloatArray:
+    """Rotation `(n, 4)` of `(pitch, yaw, roll)` `(n, 3)`: roll first, then pitch, then yaw."""
+    pitch = axis_angle_quaternion([1.0, 0.0, 0.0], turn[:, 0])
+    roll = axis_angle_quaternion([0.0, 0.0, 1.0], turn[:, 2])
+    return quaternion_multiply(yaw_quaternion(turn[:, 1]), quaternion_multiply(pitch, roll))
+
+
+def _align(
+    bone: FloatArray, axis: FloatArray, rest_bone: ArrayLike, rest_axis: ArrayLike
+) -> FloatArray:
+    """Rotation `(n, 4)` that takes a bone and its bending axis from rest to `(n, 3)` each."""
+    target = np.stack([bone, axis, np.cross(bone, axis)], axis=-1)
+    one, two = np.asarray(rest_bone, np.float64), np.asarray(rest_axis, np.float64)
+    rest = np.stack([one, two, np.cross(one, two)], axis=-1)
+    return matrix_quaternion(target @ rest.T)

@@ -1,0 +1,175 @@
+"""Recipes: what a release is made of, as a TOML file."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from affectsim_data.cameras import Camera
+from affectsim_data.content import content_names, content_path
+from affectsim_data.episodes import Robot
+from affectsim_data.schemas import CHALLENGES, FAMILIES, SPLITS, Challenge, Family, Split
+
+__all__ = ["Composition", "Recipe", "Thresholds", "read_recipe"]
+
+_KNOWN = {
+    *("name", "seed", "camera", "robot", "scenes", "avatars", "performances", "corpus"),
+    *("labels", "excluded", "actions", "joints", "splits", "thresholds", "compose"),
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Thresholds:
+    """When a challenge holds, measured at x0 over the motion cycle; DESIGN section 4."""
+
+    far_distance_m: float = 5.0
+    near_m: float = 1.5
+    """Nearest start of rear_view and partial_occlusion."""
+    far_m: float = 5.0
+    """Farthest start of rear_view and partial_occlusion."""
+    rear_bearing_deg: float = 135.0
+    visible: float = 0.5
+    """Least visible share of far_visible and rear_view."""
+    occluded_low: float = 0.15
+    occluded_high: float = 0.6
+    in_image: float = 0.9
+    """Least share of a partly hidden body inside the image: the scene hides it, not the border."""
+    detour_ratio: float = 1.4
+    """Least geodesic over straight way to the 1 m ring."""
+    grounded_visible: float = 0.3
+    """Least visible share of action-grounded and dyadic starts."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Composition:
+    """One `[[compose]]` entry: episodes of one family from the motions of some actions."""
+
+    family: Family
+    actions: tuple[str, ...]
+    placement: Literal["floor", "seat", "pair"]
+    """Where the person goes: on free floor, on a seat, or facing a partner."""
+    challenges: tuple[Challenge | None, ...]
+    """One episode per motion and challenge; `(None,)` outside observation_controlled."""
+    repeats: int = 1
+    """Placements per performer, action and challenge."""
+
+    def __post_init__(self) -> None:
+        if self.family not in FAMILIES:
+            raise ValueError(f"[[compose]] family must be one of {FAMILIES}, got {self.family!r}")
+        if self.placement not in ("floor", "seat", "pair"):
+            raise ValueError(
+                f"[[compose]] placement must be floor, seat or pair, got {self.placement!r}"
+            )
+        for challenge in self.challenges:
+            if challenge not in (*CHALLENGES, None):
+                raise ValueError(
+                    f"[[compose]] challenge must be one of {CHALLENGES}, got {challenge!r}"
+                )
+
+
+@dataclasses.dataclass(frozen=True)
+class Recipe:
+    """A release to be built."""
+
+    name: str
+    seed: int
+    camera: Camera
+    robot: Robot
+    homes: str
+    """Name of the homes recipe."""
+    avatar_ids: tuple[str, ...]
+    """Baked bodies; performers take them in turn."""
+    thresholds: Thresholds
+    compositions: tuple[Composition, ...]
+    split_by: Literal["performer", "action"]
+    split_of: dict[str, Split]
+    """Split of every performer or action."""
+    document: dict[str, Any]
+    """The whole file: motions have tables of their own."""
+    path: Path
+    """Where it was read."""
+
+    def split(self, *, performer_id: str, action: str) -> Split:
+        """Where a motion's episodes go.
+
+        Raises:
+            ValueError: The recipe does not say.
+        """
+        key = performer_id if self.split_by == "performer" else action
+        if key not in self.split_of:
+            raise ValueError(
+                f"{self.path}: [splits] names no split for {self.split_by} {key!r}; "
+                "add it to train, validation or test"
+            )
+        return self.split_of[key]
+
+
+def read_recipe(recipe: str | Path) -> Recipe:
+    """A recipe by the name of a file in `builders/`, or by path.
+
+    Raises:
+        FileNotFoundError: There is no such file; the recipes there are are listed.
+        ValueError: The file does not say what it must.
+    """
+    path = _find(recipe)
+    with path.open("rb") as stream:
+        try:
+            document = tomllib.load(stream)
+        except tomllib.TOMLDecodeError as error:
+            raise ValueError(f"{path}: not TOML: {error}") from error
+    if unknown := sorted(set(document) - _KNOWN):
+        raise ValueError(f"{path}: unknown entries: {', '.join(unknown)}")
+    try:
+        return _from_document(document, path)
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{path}: {error} is missing or malformed") from error
+
+
+def _find(recipe: str | Path) -> Path:
+    path = Path(recipe)
+    if path.suffix == ".toml":
+        if not path.is_file():
+            raise FileNotFoundError(f"{path}: no such recipe")
+        return path
+    names = [name for name in content_names("builders", ".toml") if _is_release(name)]
+    if str(recipe) not in names:
+        raise FileNotFoundError(
+            f"no recipe {str(recipe)!r}: expected a path ending in .toml or one of "
+            f"{', '.join(names)}"
+        )
+    return content_path("builders", f"{recipe}.toml")
+
+
+def _is_release(name: str) -> bool:
+    return "[[compose]]" in content_path("builders", f"{name}.toml").read_text(encoding="utf-8")
+
+
+def _from_document(document: dict[str, Any], path: Path) -> Recipe:
+    splits = document["splits"]
+    split_of = {key: split for split in SPLITS for key in splits.get(split, ())}
+    compositions = tuple(
+        Composition(
+            family=entry["family"],
+            actions=tuple(entry["actions"]),
+            placement=entry["placement"],
+            challenges=tuple(entry.get("challenges", ())) or (None,),
+            repeats=int(entry.get("repeats", 1)),
+        )
+        for entry in document["compose"]
+    )
+    return Recipe(
+        name=document["name"],
+        seed=int(document["seed"]),
+        camera=Camera.from_json(document["camera"]),
+        robot=Robot(**document.get("robot", {})),
+        homes=document["scenes"]["homes"],
+        avatar_ids=tuple(document["avatars"]["ids"]),
+        thresholds=Thresholds(**document.get("thresholds", {})),
+        compositions=compositions,
+        split_by=cast(Literal["performer", "action"], splits["by"]),
+        split_of=split_of,
+        document=document,
+        path=path,
+    )

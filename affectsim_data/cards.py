@@ -1,0 +1,61 @@
+"""The page a release carries: a dataset card the Hugging Face Hub understands."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from string import Template
+
+from affectsim_data.content import content_path
+from affectsim_data.motions import EMOTIONS
+from affectsim_data.releases import Release
+from affectsim_data.schemas import SPLITS, Split
+
+__all__ = ["dataset_card", "write_card"]
+
+
+def dataset_card(release: Release, *, place: str = "path/to/this/folder") -> str:
+    """The text of a release's README.md.
+
+    Args:
+        release: What to describe.
+        place: What a reader writes to open it: a folder or `hf://datasets/ORG/NAME@REVISION`.
+    """
+    manifest = release.manifest
+    splits = [split for split in SPLITS if manifest.num_rows("episodes", split)]
+    data_files = "\n".join(
+        f"  - split: {split}\n    path: episodes/{split}-*.parquet" for split in splits
+    )
+    template = Template(content_path("cards", "dataset_card.md").read_text(encoding="utf-8"))
+    return template.substitute(
+        name=manifest.name,
+        data_files=data_files,
+        place=place,
+        split=splits[-1],
+        counts=_counts(release, splits),
+        licences="\n".join(f"- {licence}" for licence in manifest.licences) or "- none stated",
+        schema_version=manifest.schema_version,
+        code_version=manifest.code_version,
+        recipe=manifest.recipe,
+        seed=manifest.seed,
+    )
+
+
+def _counts(release: Release, splits: Sequence[Split]) -> str:
+    lines = [
+        "| split | episodes | " + " | ".join(EMOTIONS) + " |",
+        "|---|---|" + "---|" * len(EMOTIONS),
+    ]
+    for split in splits:
+        emotions = release.episode_table(split).column("emotion").to_pylist()
+        cells = " | ".join(str(emotions.count(emotion)) for emotion in EMOTIONS)
+        lines.append(f"| {split} | {len(emotions)} | {cells} |")
+    return "\n".join(lines)
+
+
+def write_card(release: Release, folder: Path) -> None:
+    """Writes README.md into the folder of a release, whole or not at all."""
+    staged = folder / ".README.md.partial"
+    staged.write_text(dataset_card(release), encoding="utf-8")
+    os.replace(staged, folder / "README.md")

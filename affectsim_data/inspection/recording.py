@@ -1,0 +1,180 @@
+"""An episode as a Rerun recording: the scene, the moving body, every camera and what it sees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affectsim_data.episodes import Episode, World, clip_time_s
+from affectsim_data.inspection.views import SHOWN_CONDITIONS, condition_title, draw_views
+from affectsim_data.loaders import Clip, resolve_condition
+from affectsim_data.observations import Condition
+from affectsim_data.poses import matrix_quaternion
+from affectsim_data.render import Renderer
+from affectsim_data.scenes import Scene, Surface
+from affectsim_data.skeletons import JOINT_PARENTS
+
+__all__ = ["record_episode"]
+
+_BODY_FPS, _IMAGE_FPS = 6.0, 3.0
+_BODY_TRIANGLES = 2_500
+_CELL_M = 0.05
+_JPEG_QUALITY = 80
+_CAMERA_COLORS = ((66, 133, 244), (52, 168, 83), (251, 188, 5), (171, 71, 188), (234, 67, 53))
+
+
+def record_episode(
+    episode: Episode,
+    world: World,
+    renderer: Renderer,
+    path: Path,
+    *,
+    conditions: Sequence[str | Condition] = SHOWN_CONDITIONS,
+) -> None:
+    """Writes an `.rrd` that `rerun FILE` opens: all conditions on one timeline, a few megabytes.
+
+    The scene is simplified to about 5 cm and logged once; bodies are logged as moving vertices at a
+    modest rate; frames are JPEG.
+    """
+    import rerun as rr
+
+    resolved = [resolve_condition(condition) for condition in conditions]
+    stream = rr.RecordingStream("affectsim", recording_id=episode.episode_id)
+    stream.save(path, default_blueprint=_blueprint(resolved))
+    stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Y_UP, static=True)
+    stream.log("about", rr.TextDocument(_about(episode), media_type="text/markdown"), static=True)
+    _log_scene(stream, world.scene)
+    _log_people(stream, episode, world)
+    for condition, color in zip(resolved, _CAMERA_COLORS * 4, strict=False):
+        _log_camera(stream, episode, world, renderer, condition, color)
+    stream.disconnect()
+
+
+def _blueprint(conditions: Sequence[Condition]) -> Any:
+    import rerun.blueprint as rrb
+
+    pictures = [
+        rrb.Spatial2DView(origin=f"world/cameras/{one.name}/image", name=condition_title(one))
+        for one in conditions
+    ]
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(
+                rrb.Spatial3DView(origin="world", name="World"),
+                rrb.TextDocumentView(origin="about", name="Episode"),
+                row_shares=[4, 1],
+            ),
+            rrb.Grid(*pictures, grid_columns=2),
+            column_shares=[1, 1],
+        ),
+        collapse_panels=True,
+    )
+
+
+def _about(episode: Episode) -> str:
+    rows = {
+        "episode": episode.episode_id,
+        "emotion": episode.emotion,
+        "action": episode.action,
+        "family": episode.family,
+        "challenge": episode.challenge or "none",
+        "scene": episode.scene_id,
+        "motion": episode.target.motion_id,
+        "initial distance": f"{episode.initial_distance_m:.2f} m",
+        "visible share": f"p_init {episode.visible_share_init:.2f}, "
+        f"p_ref {episode.visible_share_ref:.2f}, p_mon {episode.visible_share_mon:.2f}",
+    }
+    return "| | |\n|---|---|\n" + "\n".join(f"| {key} | {rows[key]} |" for key in rows)
+
+
+def _log_scene(stream: Any, scene: Scene) -> None:
+    import rerun as rr
+
+    for surface in scene.surfaces:
+        positions, colors, faces = _simplified(surface)
+        if len(faces):
+            mesh = rr.Mesh3D(
+                vertex_positions=positions, vertex_colors=colors, triangle_indices=faces
+            )
+            stream.log(f"world/scene/{surface.name}", mesh, static=True)
+
+
+def _simplified(
+    surface: Surface,
+) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.uint32]]:
+    """Vertices merged into 5 cm cells; triangles that collapse are dropped."""
+    tint = np.ones(3) if surface.texture is None else surface.texture.mean(axis=(0, 1)) / 255.0
+    cells = np.floor(surface.positions / _CELL_M).astype(np.int64)
+    _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    inverse = inverse.reshape(-1)
+    faces = inverse[surface.faces]
+    whole = (
+        (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    )
+    faces = np.unique(faces[whole], axis=0)
+    colors = (surface.colors[first, :3] * tint).astype(np.uint8)
+    return surface.positions[first], colors, faces.astype(np.uint32)
+
+
+def _log_people(stream: Any, episode: Episode, world: World) -> None:
+    import rerun as rr
+
+    grid = clip_time_s(episode)
+    step = max(1, round(len(grid) / ((grid[-1] - grid[0]) * _BODY_FPS)))
+    bones = [(parent, joint) for joint, parent in enumerate(JOINT_PARENTS) if parent >= 0]
+    for person, name in zip(world.people, ("target", "partner"), strict=False):
+        mesh = person.avatar.mesh(max_triangles=_BODY_TRIANGLES)
+        vertices = mesh.skin(person.joint_matrices(grid[::step])).astype(np.float32)
+        joints = person.joint_frames(grid[::step])[..., :3, 3]
+        entity = f"world/people/{name}"
+        look = rr.Mesh3D.from_fields(
+            vertex_colors=mesh.colors, triangle_indices=mesh.faces, clear_unset=False
+        )
+        stream.log(f"{entity}/body", look, static=True)
+        for time_s, shape, skeleton in zip(grid[::step], vertices, joints, strict=True):
+            stream.set_time("clip", duration=float(time_s - episode.phase_s))
+            stream.log(f"{entity}/body", rr.Mesh3D.from_fields(vertex_positions=shape))
+            lines = rr.LineStrips3D(skeleton[np.array(bones)].astype(np.float32), radii=0.008)
+            stream.log(f"{entity}/skeleton", lines)
+
+
+def _log_camera(
+    stream: Any,
+    episode: Episode,
+    world: World,
+    renderer: Renderer,
+    condition: Condition,
+    color: tuple[int, int, int],
+) -> None:
+    import rerun as rr
+
+    grid = clip_time_s(episode)
+    count = max(2, round((grid[-1] - grid[0]) * _IMAGE_FPS))
+    clip = Clip(num_frames=count, width=world.camera.width, height=world.camera.height)
+    indices = clip.frame_indices(len(grid))
+    frames = draw_views(episode, world, renderer, conditions=[condition], clip=clip)
+    trajectory = condition.trajectory(episode, world, grid[indices])
+    poses = trajectory.T_world_camera
+    entity = f"world/cameras/{condition.name}"
+    pinhole = rr.Pinhole(
+        image_from_camera=world.camera.intrinsics,
+        width=world.camera.width,
+        height=world.camera.height,
+        camera_xyz=rr.ViewCoordinates.RUB,
+        image_plane_distance=0.4,
+        color=color,
+    )
+    stream.log(f"{entity}/image", pinhole, static=True)
+    if not trajectory.is_still:
+        way = rr.LineStrips3D([poses[:, :3, 3].astype(np.float32)], colors=color, radii=0.01)
+        stream.log(f"world/ways/{condition.name}", way, static=True)
+    for index, pose, image in zip(indices, poses, frames[condition.name], strict=True):
+        stream.set_time("clip", duration=float(grid[index] - episode.phase_s))
+        w, x, y, z = matrix_quaternion(pose[:3, :3])
+        turn = rr.Quaternion(xyzw=[x, y, z, w])
+        stream.log(entity, rr.Transform3D(translation=pose[:3, 3], rotation=turn))
+        stream.log(f"{entity}/image", rr.Image(image).compress(jpeg_quality=_JPEG_QUALITY))

@@ -1,0 +1,110 @@
+"""What a dataset yields: one clip with its label and its provenance, and how it is drawn."""
+
+from __future__ import annotations
+
+from typing import NotRequired, TypedDict
+
+import numpy as np
+import torch
+
+from affectsim_data.episodes import Episode, World, clip_time_s
+from affectsim_data.loaders.presets import Clip
+from affectsim_data.observations import Condition
+from affectsim_data.render import ClipSpec, PosedAvatar, Renderer
+
+__all__ = ["Sample", "clip_spec", "draw_sample"]
+
+
+class Sample(TypedDict):
+    """One episode under one condition; every value can be collated by the stock DataLoader."""
+
+    video: torch.Tensor
+    """uint8 `(num_frames, 3, height, width)`, sRGB."""
+    depth: torch.Tensor
+    """float32 `(num_frames, 1, height, width)`, metres along the view axis, `inf` for no hit."""
+    instances: NotRequired[torch.Tensor]
+    """uint8 `(num_frames, 1, height, width)`: 0 scene, 1 target, 2 partner; on request."""
+    label: int
+    """Index of the emotion: angry 0, fearful 1, happy 2, neutral 3, sad 4."""
+    emotion: str
+    """The same in words."""
+    T_world_camera: torch.Tensor
+    """float64 `(num_frames, 4, 4)`; the camera looks along -Z, +Y up."""
+    intrinsics: torch.Tensor
+    """float64 `(3, 3)`, pixels."""
+    time_s: torch.Tensor
+    """float64 `(num_frames,)`, since the start of the clip."""
+    frame_indices: torch.Tensor
+    """int64 `(num_frames,)`, on the clip's 30 fps grid."""
+    condition: str
+    """Name of the condition."""
+    episode_id: str
+    motion_id: str
+    performer_id: str
+    scene_id: str
+    avatar_id: str
+    split: str
+    family: str
+    challenge: str
+    """Empty outside the observation-controlled family."""
+    action: str
+    release: str
+    """Where the episode comes from; on the Hub, with the commit."""
+
+
+def clip_spec(
+    episode: Episode, world: World, condition: Condition, clip: Clip
+) -> tuple[ClipSpec, np.ndarray]:
+    """What to draw for an episode under a condition, and the frames of the grid it covers.
+
+    Returns:
+        The specification, and frame indices `(num_frames,)`.
+    """
+    grid_time_s = clip_time_s(episode)
+    indices = clip.frame_indices(len(grid_time_s))
+    time_s = grid_time_s[indices]
+    people = tuple(
+        PosedAvatar(person.avatar, person.joint_matrices(time_s)) for person in world.people
+    )
+    camera = world.camera.resized(width=clip.width, height=clip.height)
+    trajectory = condition.trajectory(episode, world, time_s)
+    return ClipSpec(world.scene, people, camera, trajectory), indices
+
+
+def draw_sample(
+    episode: Episode,
+    world: World,
+    condition: Condition,
+    clip: Clip,
+    renderer: Renderer,
+    *,
+    release: str,
+    instances: bool = False,
+) -> Sample:
+    """Renders an episode under a condition."""
+    spec, indices = clip_spec(episode, world, condition, clip)
+    images = renderer.render(spec, instances=instances)
+    sample = Sample(
+        video=torch.from_numpy(np.ascontiguousarray(images.rgb.transpose(0, 3, 1, 2))),
+        depth=torch.from_numpy(images.depth[:, None]),
+        label=episode.label,
+        emotion=episode.emotion,
+        T_world_camera=torch.from_numpy(spec.trajectory.T_world_camera),
+        intrinsics=torch.from_numpy(spec.camera.intrinsics),
+        time_s=torch.from_numpy(clip_time_s(episode)[indices] - episode.phase_s),
+        frame_indices=torch.from_numpy(indices),
+        condition=condition.name,
+        episode_id=episode.episode_id,
+        motion_id=episode.target.motion_id,
+        performer_id=episode.target.performer_id,
+        scene_id=episode.scene_id,
+        avatar_id=episode.target.avatar_id,
+        split=episode.split,
+        family=episode.family,
+        challenge=episode.challenge or "",
+        action=episode.action,
+        release=release,
+    )
+    if images.instances is not None:
+        sample["instances"] = torch.from_numpy(images.instances[:, None])
+    return sample

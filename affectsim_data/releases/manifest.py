@@ -1,0 +1,161 @@
+"""`MANIFEST.json`: what a release is made of, and the check that it is all there."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from affectsim_data.cameras import Camera
+from affectsim_data.episodes import Robot
+from affectsim_data.errors import IntegrityError
+from affectsim_data.schemas import SCHEMA_VERSION
+
+__all__ = ["MANIFEST_NAME", "FileEntry", "Manifest", "sha256_of", "verify_file"]
+
+MANIFEST_NAME = "MANIFEST.json"
+FORMAT = "affectsim-release"
+MAX_MANIFEST_BYTES = 64 << 20
+
+
+@dataclasses.dataclass(frozen=True)
+class FileEntry:
+    """What the manifest promises of one file."""
+
+    bytes: int
+    """Its size."""
+    sha256: str
+    """Hash of its contents, hexadecimal."""
+    rows: int
+    """Rows of its table."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Manifest:
+    """The table of contents of a release, and the parameters all its episodes share."""
+
+    name: str
+    """Of the release."""
+    recipe: str
+    """Recipe that built it."""
+    seed: int
+    """Seed of the recipe."""
+    code_version: str
+    """Version of the package that built it."""
+    camera: Camera
+    """The one camera model of every condition."""
+    robot: Robot
+    """The observer's body."""
+    files: Mapping[str, FileEntry]
+    """By path inside the release, POSIX, sorted."""
+    licences: tuple[str, ...] = ()
+    """Of the motions, scenes and avatars inside."""
+    schema_version: str = SCHEMA_VERSION
+    """Version of the data contract."""
+
+    def table_files(self, table: str, split: str = "") -> list[str]:
+        """Paths of a table's shards in order; of the episodes table, of one split."""
+        prefix = f"{table}/{split}-" if split else f"{table}/"
+        return [path for path in self.files if path.startswith(prefix)]
+
+    def num_rows(self, table: str, split: str = "") -> int:
+        """Rows of a table, or of one split of the episodes."""
+        return sum(self.files[path].rows for path in self.table_files(table, split))
+
+    def to_json(self) -> str:
+        """The text of `MANIFEST.json`: the same manifest gives the same bytes."""
+        document = {
+            "format": FORMAT,
+            "schema_version": self.schema_version,
+            "name": self.name,
+            "recipe": self.recipe,
+            "seed": self.seed,
+            "code_version": self.code_version,
+            "camera": self.camera.to_json(),
+            "robot": dataclasses.asdict(self.robot),
+            "licences": list(self.licences),
+            "files": {path: dataclasses.asdict(self.files[path]) for path in sorted(self.files)},
+        }
+        return json.dumps(document, indent=2) + "\n"
+
+    @classmethod
+    def from_path(cls, path: Path, *, name: str) -> Manifest:
+        """Reads and checks a manifest file; `name` is what errors call it.
+
+        Raises:
+            ValueError: It is no manifest, or of a schema this version cannot read.
+        """
+        if path.stat().st_size > MAX_MANIFEST_BYTES:
+            raise ValueError(f"{name}: larger than {MAX_MANIFEST_BYTES} bytes; not a manifest")
+        try:
+            document = json.loads(path.read_text(encoding="utf-8"))
+        except (ValueError, RecursionError) as error:
+            raise ValueError(f"{name}: not JSON ({error}); fetch or build it again") from error
+        if not isinstance(document, dict) or document.get("format") != FORMAT:
+            raise ValueError(f'{name}: "format" must be {FORMAT!r}; this is not a release manifest')
+        major = str(document.get("schema_version", "")).split(".")[0]
+        if major != SCHEMA_VERSION.split(".")[0]:
+            raise ValueError(
+                f"{name}: schema_version {document.get('schema_version')!r} cannot be read by this "
+                f"version of affectsim-data, which reads {SCHEMA_VERSION}; install a matching one"
+            )
+        try:
+            return cls._from_document(document)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"{name}: field {error} is missing or malformed") from error
+        except (ValueError, OverflowError) as error:
+            raise ValueError(f"{name}: {error}") from error
+
+    @classmethod
+    def _from_document(cls, document: dict[str, Any]) -> Manifest:
+        files = {}
+        for path, entry in sorted(document["files"].items()):
+            parts = PurePosixPath(path).parts
+            if not parts or path.startswith("/") or ".." in parts or "\\" in path:
+                raise ValueError(f"path {path!r} leads out of the release")
+            files[path] = FileEntry(int(entry["bytes"]), str(entry["sha256"]), int(entry["rows"]))
+        return cls(
+            name=str(document["name"]),
+            recipe=str(document["recipe"]),
+            seed=int(document["seed"]),
+            code_version=str(document["code_version"]),
+            camera=Camera.from_json(document["camera"]),
+            robot=Robot(**document["robot"]),
+            files=files,
+            licences=tuple(document["licences"]),
+            schema_version=str(document["schema_version"]),
+        )
+
+
+def sha256_of(path: Path) -> str:
+    """Hash of a file's contents, hexadecimal."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def verify_file(path: Path, name: str, entry: FileEntry, *, remedy: str) -> None:
+    """Raises unless a file is what the manifest promises.
+
+    Args:
+        path: The file on disk.
+        name: What the manifest calls it.
+        entry: The promise.
+        remedy: What the user can do, for the message.
+
+    Raises:
+        IntegrityError: Other size or other hash.
+    """
+    size = path.stat().st_size
+    if size != entry.bytes:
+        kind = "truncated: " if size < entry.bytes else ""
+        raise IntegrityError(
+            name, expected=f"{entry.bytes} bytes", got=f"{kind}{size} bytes", remedy=remedy
+        )
+    digest = sha256_of(path)
+    if digest != entry.sha256:
+        raise IntegrityError(
+            name, expected=f"SHA-256 {entry.sha256}", got=f"SHA-256 {digest}", remedy=remedy
+        )

@@ -1,0 +1,148 @@
+"""Writes a release: Parquet shards and the manifest, all or nothing, the same bytes every time."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from affectsim_data.cameras import Camera
+from affectsim_data.episodes import Robot
+from affectsim_data.releases.manifest import MANIFEST_NAME, FileEntry, Manifest, sha256_of
+from affectsim_data.schemas import SCHEMAS, TableName
+
+__all__ = ["ReleaseWriter"]
+
+MAX_SHARD_BYTES = 64 << 20
+_ROW_GROUP_ROWS: dict[TableName, int] = {"episodes": 1024, "motions": 8, "scenes": 1, "avatars": 1}
+"""Small groups where rows are big, so that one item costs one small range read."""
+
+
+class ReleaseWriter:
+    """Collects tables in a hidden folder beside `out` and puts it in place when all is written.
+
+    Used as a context manager: leaving it by an exception leaves nothing behind.
+    """
+
+    def __init__(self, out: Path, *, overwrite: bool = False) -> None:
+        """Checks the place.
+
+        Raises:
+            FileExistsError: `out` exists, is not empty and `overwrite` is not set, or it is
+                something other than a release.
+        """
+        out = out.resolve()
+        self._out = out
+        self._staging = out.parent / f".{out.name}.partial"
+        if out.exists() and any(out.iterdir() if out.is_dir() else [out]):
+            if not (out / MANIFEST_NAME).is_file():
+                raise FileExistsError(f"{out}: exists and is no release; choose another --out")
+            if not overwrite:
+                raise FileExistsError(f"{out}: holds a release already; add --overwrite")
+        self._files: dict[str, FileEntry] = {}
+
+    def __enter__(self) -> ReleaseWriter:
+        self._out.parent.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(self._staging, ignore_errors=True)
+        self._staging.mkdir()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        shutil.rmtree(self._staging, ignore_errors=True)
+
+    def add_table(
+        self, table: TableName, rows: Sequence[Mapping[str, Any]], *, stem: str = ""
+    ) -> None:
+        """Writes rows as shards `TABLE/STEM-00000-of-00001.parquet`, each at most 64 MB of data."""
+        shards = list(_shards(table, rows))
+        for number, shard in enumerate(shards):
+            name = f"{table}/{stem or table}-{number:05d}-of-{len(shards):05d}.parquet"
+            path = self._staging / name
+            path.parent.mkdir(exist_ok=True)
+            pq.write_table(shard, path, compression="zstd", row_group_size=_ROW_GROUP_ROWS[table])
+            self._files[name] = FileEntry(path.stat().st_size, sha256_of(path), shard.num_rows)
+
+    def finish(
+        self,
+        *,
+        name: str,
+        recipe: str,
+        seed: int,
+        code_version: str,
+        camera: Camera,
+        robot: Robot,
+        licences: Sequence[str],
+    ) -> Manifest:
+        """Writes the manifest and moves the release into place."""
+        manifest = Manifest(
+            name=name,
+            recipe=recipe,
+            seed=seed,
+            code_version=code_version,
+            camera=camera,
+            robot=robot,
+            files=dict(sorted(self._files.items())),
+            licences=tuple(licences),
+        )
+        path = self._staging / MANIFEST_NAME
+        path.write_text(manifest.to_json(), encoding="utf-8")
+        for written in self._staging.rglob("*"):
+            _sync(written)
+        old = self._out.parent / f".{self._out.name}.old"
+        shutil.rmtree(old, ignore_errors=True)
+        with contextlib.suppress(FileNotFoundError):
+            os.replace(self._out, old)
+        try:
+            os.replace(self._staging, self._out)
+        except OSError:
+            if old.exists():
+                os.replace(old, self._out)
+            raise
+        shutil.rmtree(old, ignore_errors=True)
+        return manifest
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _shards(table: TableName, rows: Sequence[Mapping[str, Any]]) -> Iterator[pa.Table]:
+    """Arrow tables of at most `MAX_SHARD_BYTES` each, at least one row each."""
+    start, total = 0, 0
+    for index, row in enumerate(rows):
+        size = sum(len(value) for value in row.values() if isinstance(value, bytes | str))
+        if index > start and total + size > MAX_SHARD_BYTES:
+            yield _arrow(table, rows[start:index])
+            start, total = index, 0
+        total += size
+    yield _arrow(table, rows[start:])
+
+
+def _arrow(table: TableName, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
+    schema = SCHEMAS[table]
+    for row in rows:
+        # Arrow would drop columns it does not know and fill the others with nulls.
+        unknown = sorted(row.keys() - set(schema.names))
+        missing = [f.name for f in schema if not f.nullable and row.get(f.name) is None]
+        if unknown or missing:
+            raise ValueError(
+                f"{table} {row.get(schema.names[0])!r}: unknown columns {unknown}, "
+                f"columns missing or null {missing}"
+            )
+    return pa.Table.from_pylist([dict(row) for row in rows], schema=schema)

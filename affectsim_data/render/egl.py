@@ -1,0 +1,253 @@
+"""EGL through ctypes: devices, one headless OpenGL context, and what it takes to survive a fork.
+
+`glcontext` cannot terminate a display, which a fork needs (see `processes`), and hides why a device
+did not open; so the context is made here and handed to moderngl, which only asks it for functions.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import os
+from typing import Any
+
+from affectsim_data.errors import RendererUnavailableError
+
+__all__ = [
+    "INSTALL_HINT",
+    "EglContext",
+    "EglDevice",
+    "default_device",
+    "egl_devices",
+    "terminate_display",
+]
+
+INSTALL_HINT = (
+    "install the system libraries with `apt-get install -y libegl1 libgl1-mesa-dri libgles2` "
+    "(Debian, Ubuntu) and run `affectsim doctor` to see what renders here"
+)
+
+_EXTENSIONS, _VENDOR, _VERSION = 0x3055, 0x3053, 0x3054
+_PLATFORM_DEVICE = 0x313F
+_OPENGL_API, _OPENGL_BIT, _PBUFFER_BIT = 0x30A2, 0x0008, 0x0001
+_NONE = 0x3038
+_CONFIG = (0x3033, _PBUFFER_BIT, 0x3024, 8, 0x3023, 8, 0x3022, 8, 0x3040, _OPENGL_BIT, _NONE)
+_CORE_3_3 = (0x3098, 3, 0x30FB, 3, 0x30FD, 1, _NONE)
+_FIRST_CONFIG_ONLY = 1
+
+_P, _I, _S = ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p
+_SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "eglGetError": (_I, ()),
+    "eglGetProcAddress": (_P, (_S,)),
+    "eglQueryString": (_S, (_P, _I)),
+    "eglInitialize": (_I, (_P, _P, _P)),
+    "eglTerminate": (_I, (_P,)),
+    "eglBindAPI": (_I, (_I,)),
+    "eglChooseConfig": (_I, (_P, _P, _P, _I, _P)),
+    "eglCreateContext": (_P, (_P, _P, _P, _P)),
+    "eglDestroyContext": (_I, (_P, _P)),
+    "eglMakeCurrent": (_I, (_P, _P, _P, _P)),
+    "eglGetCurrentContext": (_P, ()),
+    "eglReleaseThread": (_I, ()),
+}
+_EXTENSION_SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "eglQueryDevicesEXT": (_I, (_I, _P, _P)),
+    "eglQueryDeviceStringEXT": (_S, (_P, _I)),
+    "eglGetPlatformDisplayEXT": (_P, (_I, _P, _P)),
+}
+
+
+class _Library:
+    """`libEGL.so.1` with typed functions."""
+
+    def __init__(self) -> None:
+        try:
+            self._handle = ctypes.CDLL("libEGL.so.1")
+        except OSError as error:
+            raise RendererUnavailableError(f"no EGL: {error}; {INSTALL_HINT}") from error
+        for name, (result, arguments) in _SIGNATURES.items():
+            function = getattr(self._handle, name)
+            function.restype, function.argtypes = result, arguments
+            setattr(self, name, function)
+        for name, (result, arguments) in _EXTENSION_SIGNATURES.items():
+            address = self.eglGetProcAddress(name.encode())
+            if not address:
+                raise RendererUnavailableError(f"this EGL has no {name}; {INSTALL_HINT}")
+            setattr(self, name, ctypes.CFUNCTYPE(result, *arguments)(address))
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(name)
+
+
+_library: _Library | None = None
+
+
+def _egl() -> _Library:
+    global _library
+    if _library is None:
+        _library = _Library()
+    return _library
+
+
+@dataclasses.dataclass(frozen=True)
+class EglDevice:
+    """One device EGL can draw with."""
+
+    index: int
+    """Place in EGL's list, the value of `AFFECTSIM_EGL_DEVICE`."""
+    extensions: str
+    """Device extensions, space separated."""
+    handle: int
+    """EGLDeviceEXT."""
+
+    @property
+    def software(self) -> bool:
+        """Whether it is Mesa's software rasterizer, which needs no GPU."""
+        return "EGL_MESA_device_software" in self.extensions
+
+
+def egl_devices() -> tuple[EglDevice, ...]:
+    """Every device of this machine.
+
+    Raises:
+        RendererUnavailableError: No EGL library, or one that cannot list its devices.
+    """
+    egl, count = _egl(), ctypes.c_int()
+    if not egl.eglQueryDevicesEXT(0, None, ctypes.byref(count)):
+        raise RendererUnavailableError(f"EGL lists no devices; {INSTALL_HINT}")
+    handles = (ctypes.c_void_p * max(count.value, 1))()
+    egl.eglQueryDevicesEXT(count.value, handles, ctypes.byref(count))
+    return tuple(
+        EglDevice(
+            index,
+            (egl.eglQueryDeviceStringEXT(handles[index], _EXTENSIONS) or b"").decode(),
+            int(handles[index] or 0),
+        )
+        for index in range(count.value)
+    )
+
+
+def default_device() -> int | None:
+    """The device `AFFECTSIM_EGL_DEVICE` names, or `None` for the first that opens."""
+    value = os.environ.get("AFFECTSIM_EGL_DEVICE", "")
+    if not value:
+        return None
+    if not value.isdigit():
+        raise ValueError(f"AFFECTSIM_EGL_DEVICE must be a device index, got {value!r}")
+    return int(value)
+
+
+class EglContext:
+    """A headless OpenGL 3.3 core context on one device; current on the thread that made it.
+
+    Has the four methods moderngl asks of a context: `load_opengl_function`, `release` and the
+    context manager that makes it current.
+    """
+
+    def __init__(self, device: int | None = None) -> None:
+        """Opens a device: by index, else the first that works.
+
+        Raises:
+            RendererUnavailableError: No device opens; the message says why and what to install.
+        """
+        devices = egl_devices()
+        if device is not None and not 0 <= device < len(devices):
+            raise RendererUnavailableError(
+                f"EGL device {device} does not exist, there are {len(devices)}; {INSTALL_HINT}"
+            )
+        reasons = []
+        for candidate in devices if device is None else (devices[device],):
+            reason = self._open(candidate)
+            if reason is None:
+                return
+            reasons.append(f"device {candidate.index}: {reason}")
+        raise RendererUnavailableError(
+            f"no EGL device opens ({'; '.join(reasons) or 'none listed'}); {INSTALL_HINT}"
+        )
+
+    def _open(self, device: EglDevice) -> str | None:
+        """`None` on success, else what failed."""
+        egl = _egl()
+        display = egl.eglGetPlatformDisplayEXT(_PLATFORM_DEVICE, device.handle, None)
+        if not display or not egl.eglInitialize(display, None, None):
+            return f"eglInitialize failed with 0x{egl.eglGetError():x}"
+        config, count = ctypes.c_void_p(), ctypes.c_int()
+        wanted = (ctypes.c_int * len(_CONFIG))(*_CONFIG)
+        found = egl.eglChooseConfig(
+            display, wanted, ctypes.byref(config), _FIRST_CONFIG_ONLY, ctypes.byref(count)
+        )
+        if not found or count.value < 1 or not egl.eglBindAPI(_OPENGL_API):
+            return "it offers no OpenGL configuration"
+        version = (ctypes.c_int * len(_CORE_3_3))(*_CORE_3_3)
+        handle = egl.eglCreateContext(display, config, None, version)
+        if not handle:
+            return f"eglCreateContext (OpenGL 3.3 core) failed with 0x{egl.eglGetError():x}"
+        self.device = device
+        self._display, self._handle, self._pid = display, handle, os.getpid()
+        if not egl.eglMakeCurrent(display, None, None, handle):
+            egl.eglDestroyContext(display, handle)
+            return f"eglMakeCurrent failed with 0x{egl.eglGetError():x}"
+        return None
+
+    @property
+    def vendor(self) -> str:
+        """Who made the EGL driver."""
+        return (_egl().eglQueryString(self._display, _VENDOR) or b"").decode()
+
+    @property
+    def version(self) -> str:
+        """EGL version of the display."""
+        return (_egl().eglQueryString(self._display, _VERSION) or b"").decode()
+
+    def load_opengl_function(self, name: str) -> int:
+        """Address of an OpenGL function, 0 if there is none."""
+        return _egl().eglGetProcAddress(name.encode()) or 0
+
+    def wrap(self) -> Any:
+        """A `moderngl.Context` over this one."""
+        import moderngl
+
+        context: Any = self
+        return moderngl.create_context(standalone=True, context=context, require=330)
+
+    def make_current(self) -> None:
+        """Takes this thread's OpenGL calls; other libraries of the process may have had them."""
+        egl = _egl()
+        if egl.eglGetCurrentContext() == self._handle:
+            return
+        # The API binding is per thread and eglMakeCurrent(NONE) of another user goes by it.
+        egl.eglBindAPI(_OPENGL_API)
+        if not egl.eglMakeCurrent(self._display, None, None, self._handle):
+            raise RendererUnavailableError(
+                f"the OpenGL context was lost (EGL error 0x{egl.eglGetError():x}): something else "
+                "in this process terminated its display; open a new renderer"
+            )
+
+    def __enter__(self) -> None:
+        self.make_current()
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+    def release(self) -> None:
+        """Destroys the context; the display stays open, other contexts may use it."""
+        # In a forked child the driver has lost its threads: touching it would wait forever.
+        if not self._handle or self._pid != os.getpid():
+            return
+        egl = _egl()
+        if egl.eglGetCurrentContext() == self._handle:
+            egl.eglMakeCurrent(self._display, None, None, None)
+        egl.eglDestroyContext(self._display, self._handle)
+        self._handle = None
+
+    @property
+    def display(self) -> int:
+        """EGLDisplay, one per device and process."""
+        return int(self._display)
+
+
+def terminate_display(display: int) -> None:
+    """Shuts a display down, with all threads of its driver; its contexts must be released."""
+    egl = _egl()
+    egl.eglTerminate(display)
+    egl.eglReleaseThread()

@@ -1,0 +1,1 @@
+"""Measurements behind every claim in docs/performance.md; `make bench` runs them all."""

@@ -1,0 +1,55 @@
+"""Puts measured results into docs/performance.md, between its markers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+__all__ = ["write_tables"]
+
+_START, _END = "<!-- results start -->", "<!-- results end -->"
+_TITLES = {
+    "render": "Renderer: frames per second, one skinned body",
+    "throughput": "Dataset against video decoding, one core, 8 x 224 x 224",
+    "memory": "Memory over 2,000 samples",
+    "startup": "Start-up, seconds",
+}
+
+
+def write_tables(page: Path, results: Sequence[Path]) -> None:
+    """Rewrites the part of `page` between the markers from result files."""
+    text = page.read_text(encoding="utf-8")
+    before, rest = text.split(_START)
+    after = rest.split(_END)[1]
+    blocks = [_machine_block(json.loads(path.read_text())) for path in results]
+    page.write_text(f"{before}{_START}\n\n{''.join(blocks)}{_END}{after}", encoding="utf-8")
+
+
+def _machine_block(result: dict[str, Any]) -> str:
+    machine = result["machine"]
+    lines = [
+        f"### {machine['gl_renderer']}",
+        "",
+        f"{machine['cpu']}, {machine['cores']} cores; OpenGL {machine['gl_version']}; "
+        f"Python {machine['python']}; affectsim-data {machine['affectsim_data']}.",
+        "",
+    ]
+    for part, title in _TITLES.items():
+        if part in result:
+            lines += [f"**{title}**", "", *_table(result[part]), ""]
+    return "\n".join(lines) + "\n"
+
+
+def _table(rows: Sequence[dict[str, Any]]) -> list[str]:
+    names = list(rows[0])
+    head = [" | ".join(name.replace("_", " ") for name in names), "|".join("---" for _ in names)]
+    body = [" | ".join(_cell(row[name]) for name in names) for row in rows]
+    return [f"| {line} |" if "---" not in line else f"|{line}|" for line in [*head, *body]]
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.2f}" if abs(value) < 10 else f"{value:,.1f}"
+    return f"{value:,}" if isinstance(value, int) else str(value)

@@ -1,0 +1,190 @@
+"""The built-in release `mini`: what DESIGN promises of it holds for what is built."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sklearn.ensemble import RandomForestClassifier
+
+from affectsim_data.builders.building import build_release
+from affectsim_data.builders.recipes import read_recipe
+from affectsim_data.episodes import Episode
+from affectsim_data.motions import EMOTIONS
+from affectsim_data.observations import head_camera_pose
+from affectsim_data.releases import Release, open_release
+from affectsim_data.schemas import CHALLENGES, FAMILIES, SPLITS
+from affectsim_data.visibility import body_samples, scene_caster, visible_share
+
+
+@pytest.fixture(scope="module")
+def mini() -> Release:
+    return open_release("mini")
+
+
+@pytest.fixture(scope="module")
+def episodes(mini: Release) -> list[Episode]:
+    return [
+        mini.episode(split, index)
+        for split in SPLITS
+        for index in range(mini.manifest.num_rows("episodes", split))
+    ]
+
+
+def test_it_has_the_promised_size(mini: Release, episodes: list[Episode]) -> None:
+    assert len(mini.asset_ids("scenes")) >= 3
+    assert len(mini.asset_ids("avatars")) >= 2
+    assert len(episodes) >= 120
+    singles = Counter(
+        (motion.action, motion.emotion)
+        for motion in map(mini.motion, mini.asset_ids("motions"))
+        if motion.action != "conversation"
+    )
+    assert sum(singles.values()) >= 60
+    assert set(singles.values()) == {4}
+    assert {episode.family for episode in episodes} == set(FAMILIES)
+    assert {episode.challenge for episode in episodes} == {*CHALLENGES, None}
+    for split in SPLITS:
+        emotions = Counter(episode.emotion for episode in episodes if episode.split == split)
+        assert set(emotions) == set(EMOTIONS)
+        assert len(set(emotions.values())) == 1
+
+
+def test_ids_are_unique_and_references_resolve(mini: Release, episodes: list[Episode]) -> None:
+    assert len({episode.episode_id for episode in episodes}) == len(episodes)
+    for episode in episodes:
+        world = mini.world(episode)
+        assert world.target.motion.emotion == episode.emotion
+        assert world.target.motion.action == episode.action
+        assert world.target.motion.duration_s == pytest.approx(episode.duration_s)
+        assert (len(world.people) == 2) == (episode.family == "dyadic")
+
+
+def test_no_group_is_shared_by_splits(episodes: list[Episode]) -> None:
+    splits = defaultdict(set)
+    for episode in episodes:
+        splits[episode.group_id].add(episode.split)
+    assert all(len(found) == 1 for found in splits.values())
+
+
+def test_challenges_hold_as_measured(episodes: list[Episode]) -> None:
+    limits = read_recipe("mini").thresholds
+    for episode in episodes:
+        visible, distance = episode.visible_share_init, episode.initial_distance_m
+        if episode.challenge == "far_visible":
+            assert distance >= limits.far_distance_m
+            assert visible >= limits.visible
+        elif episode.challenge == "rear_view":
+            assert abs(math.degrees(episode.initial_bearing)) >= limits.rear_bearing_deg
+            assert limits.near_m <= distance <= limits.far_m
+            assert visible >= limits.visible
+        elif episode.challenge == "partial_occlusion":
+            assert limits.occluded_low <= visible <= limits.occluded_high
+            assert limits.near_m <= distance <= limits.far_m
+        elif episode.challenge == "obstacle_detour":
+            geodesic = episode.d_star[1]
+            assert isinstance(geodesic, float)
+            assert geodesic >= limits.detour_ratio * (distance - 1.1)
+        else:
+            assert visible >= limits.grounded_visible
+
+
+def test_stored_shares_are_what_the_cameras_see(mini: Release, episodes: list[Episode]) -> None:
+    for episode in episodes[::17]:
+        world = mini.world(episode)
+        samples = body_samples(world, np.arange(12) * episode.duration_s / 12)
+        pose = head_camera_pose(
+            np.array(episode.start_position), np.array(episode.start_yaw), world.robot
+        )
+        share = visible_share(samples, pose[None, None], world.camera, scene_caster(world.scene))
+        assert share.visible.mean() == pytest.approx(episode.visible_share_init, abs=0.01)
+
+
+def test_distances_are_those_of_the_stored_navmesh(mini: Release, episodes: list[Episode]) -> None:
+    for episode in episodes[::13]:
+        navmesh = mini.navmesh(episode.scene_id)
+        assert navmesh.is_navigable(np.array(episode.start_position))
+        for ring, stored in episode.d_star.items():
+            again = navmesh.ring_distance(
+                np.array(episode.start_position), np.array(episode.target.anchor), float(ring)
+            )
+            if stored == "empty":
+                assert math.isnan(again)
+            elif stored == "unreachable":
+                assert math.isinf(again)
+            else:
+                assert again == pytest.approx(stored, abs=1e-6)
+
+
+def test_reference_sees_more_than_the_start(episodes: list[Episode]) -> None:
+    initial = np.array([episode.visible_share_init for episode in episodes])
+    reference = np.array([episode.visible_share_ref for episode in episodes])
+    assert reference.mean() > 0.9
+    assert reference.mean() - initial.mean() > 0.15
+
+
+def test_reference_cameras_stay_inside_and_move_smoothly(
+    mini: Release, episodes: list[Episode]
+) -> None:
+    for episode in episodes[::5]:
+        scene = mini.scene(episode.scene_id)
+        corners = np.array([corner for room in scene.rooms for corner in room.polygon])
+        knots = episode.reference.knots[:, :3]
+        assert (knots[:, [0, 2]] >= corners.min(axis=0)).all()
+        assert (knots[:, [0, 2]] <= corners.max(axis=0)).all()
+        steps = np.linalg.norm(np.diff(knots, axis=0, append=knots[:1]), axis=1)
+        seconds = episode.duration_s / len(knots)
+        assert steps.max() / seconds < 6.0
+
+
+def metadata(episode: Episode) -> list[float]:
+    """All a cheat could use: scene, placement, start, challenge, body, monitor, numbers."""
+    challenges = [*CHALLENGES, None]
+    return [
+        float(sum(map(ord, episode.scene_id))),
+        *episode.target.anchor,
+        episode.target.facing,
+        *episode.start_position,
+        episode.start_yaw,
+        float(challenges.index(episode.challenge)),
+        float(FAMILIES.index(episode.family)),
+        float(sum(map(ord, episode.target.avatar_id))),
+        *episode.monitor_position,
+        episode.monitor_yaw,
+        float(episode.episode_id[-5:]),
+        episode.phase_s / episode.duration_s,
+    ]
+
+
+def test_metadata_tell_nothing_of_the_emotion(episodes: list[Episode]) -> None:
+    """The placement is shared by all emotions, so what depends on it alone is exactly at chance;
+    phase and number are random, so a classifier on everything stays near it."""
+    groups = defaultdict(list)
+    for episode in episodes:
+        fixed = metadata(episode)[:-2]
+        groups[tuple(fixed)].append(episode.emotion)
+    assert all(sorted(found) == sorted(EMOTIONS) for found in groups.values())
+
+    train = [episode for episode in episodes if episode.split == "train"]
+    rest = [episode for episode in episodes if episode.split != "train"]
+    scores = []
+    for seed in range(20):
+        forest = RandomForestClassifier(n_estimators=50, random_state=seed)
+        forest.fit([metadata(e) for e in train], [e.label for e in train])
+        scores.append(forest.score([metadata(e) for e in rest], [e.label for e in rest]))
+    # 70 episodes: two standard errors of a fair guess are 0.095.
+    assert abs(float(np.mean(scores)) - 0.2) < 0.095
+
+
+@pytest.mark.slow
+def test_building_again_gives_the_same_bytes(mini: Release, tmp_path: Path) -> None:
+    build_release("mini", tmp_path / "again", jobs=1)
+    first = Path(mini.uri)
+    names = sorted(path.relative_to(first) for path in first.rglob("*") if path.is_file())
+    built = [name for name in names if name.name != "README.md"]
+    assert len(built) > 5
+    for name in built:
+        assert (tmp_path / "again" / name).read_bytes() == (first / name).read_bytes(), name
