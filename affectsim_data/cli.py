@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import time
 from collections.abc import Callable
+from json import dumps
 from pathlib import Path
 
 import tyro
@@ -70,18 +70,18 @@ def build(
     return 0
 
 
-def info(release: tyro.conf.Positional[str] = "mini", *, as_json: bool = False) -> int:
+def info(release: tyro.conf.Positional[str] = "mini", *, json: bool = False) -> int:
     """Counts per split, family, challenge, action, emotion and scene; distances; sizes.
 
     Args:
         release: mini, a folder, or hf://datasets/ORG/NAME@REVISION.
-        as_json: Print JSON.
+        json: Print JSON.
     """
     from affectsim_data.inspection.summary import release_summary, summary_lines
     from affectsim_data.releases import open_release
 
     summary = release_summary(open_release(release))
-    print(json.dumps(summary, indent=2) if as_json else "\n".join(summary_lines(summary)))
+    print(dumps(summary, indent=2) if json else "\n".join(summary_lines(summary)))
     return 0
 
 

@@ -98,7 +98,7 @@ class ReferenceView:
     """Weighted sum of the parts."""
     parts: Mapping[str, float]
     """`visibility, alignment, distance_fit, framing, clearance`, each in [0, 1]."""
-    knots: FloatArray
+    knots: FloatArray = dataclasses.field(compare=False)
     """Camera over one cycle, evenly spaced from instant 0: position and quaternion, `(n, 7)`."""
 
 

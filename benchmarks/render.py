@@ -72,9 +72,9 @@ def run(*, rounds: int = 3) -> list[dict[str, Any]]:
                     "body_triangles": len(choose_mesh(long.people[0], long).faces),
                 }
                 rows.append({**row, **_compare(draws, long, eight, short, rounds)})
-    usual.close()
     flat.close()
     fast.close()
+    usual.close()
     return rows
 
 

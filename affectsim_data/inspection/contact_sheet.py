@@ -14,6 +14,7 @@ from affectsim_data.loaders import Clip, resolve_condition
 from affectsim_data.observations import Condition
 from affectsim_data.releases import Release
 from affectsim_data.render import Renderer
+from affectsim_data.schemas import SPLITS, Split
 
 __all__ = ["contact_sheet", "representative_episodes"]
 
@@ -22,17 +23,21 @@ _FRAMES = 2
 _INK, _PAPER, _QUIET = (30, 30, 34), (250, 250, 248), (96, 96, 104)
 
 
-def representative_episodes(release: Release, *, split: str = "test") -> list[Episode]:
-    """One episode of every family and challenge of a split, emotions taken in turn."""
-    table = release.episode_table(split).select(["family", "challenge", "action", "emotion"])
-    groups: dict[tuple[str, str, str], dict[str, int]] = {}
-    for index, row in enumerate(table.to_pylist()):
-        key = (row["family"], row["challenge"] or "", row["action"] if not row["challenge"] else "")
-        groups.setdefault(key, {}).setdefault(row["emotion"], index)
+def representative_episodes(release: Release) -> list[Episode]:
+    """One episode of every family, challenge and action; splits and emotions taken in turn."""
+    splits = [split for split in SPLITS if release.manifest.num_rows("episodes", split)]
+    groups: dict[tuple[str, str], dict[tuple[Split, str], int]] = {}
+    for split in splits:
+        columns = ["family", "challenge", "action", "emotion"]
+        for index, row in enumerate(release.episode_table(split).select(columns).to_pylist()):
+            key = (row["family"], row["challenge"] or row["action"])
+            groups.setdefault(key, {}).setdefault((split, row["emotion"]), index)
     chosen = []
     for number, key in enumerate(sorted(groups)):
-        emotions = sorted(groups[key])
-        chosen.append(release.episode(split, groups[key][emotions[number % len(emotions)]]))
+        members = sorted(groups[key])
+        # 7 shares no factor with five emotions or three splits, so all come round.
+        place = members[7 * number % len(members)]
+        chosen.append(release.episode(place[0], groups[key][place]))
     return chosen
 
 

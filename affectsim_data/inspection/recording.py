@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from affectsim_data.episodes import Episode, World, clip_time_s
 from affectsim_data.inspection.views import SHOWN_CONDITIONS, condition_title, draw_views
 from affectsim_data.loaders import Clip, resolve_condition
 from affectsim_data.observations import Condition
-from affectsim_data.poses import matrix_quaternion
+from affectsim_data.poses import UP, matrix_quaternion
 from affectsim_data.render import Renderer
 from affectsim_data.scenes import Scene, Surface
 from affectsim_data.skeletons import JOINT_PARENTS
@@ -21,8 +22,11 @@ from affectsim_data.skeletons import JOINT_PARENTS
 __all__ = ["record_episode"]
 
 _BODY_FPS, _IMAGE_FPS = 6.0, 3.0
+_BODY_BYTES, _MAX_IMAGES = 1_000_000, 24
+"""Long clips and second people lower the rates, so that a recording stays below 3 MB."""
 _BODY_TRIANGLES = 2_500
 _CELL_M = 0.05
+_LID_M = 0.1
 _JPEG_QUALITY = 80
 _CAMERA_COLORS = ((66, 133, 244), (52, 168, 83), (251, 188, 5), (171, 71, 188), (234, 67, 53))
 
@@ -44,7 +48,7 @@ def record_episode(
 
     resolved = [resolve_condition(condition) for condition in conditions]
     stream = rr.RecordingStream("affectsim", recording_id=episode.episode_id)
-    stream.save(path, default_blueprint=_blueprint(resolved))
+    stream.save(path, default_blueprint=_blueprint(episode, resolved))
     stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Y_UP, static=True)
     stream.log("about", rr.TextDocument(_about(episode), media_type="text/markdown"), static=True)
     _log_scene(stream, world.scene)
@@ -54,8 +58,14 @@ def record_episode(
     stream.disconnect()
 
 
-def _blueprint(conditions: Sequence[Condition]) -> Any:
+def _blueprint(episode: Episode, conditions: Sequence[Condition]) -> Any:
     import rerun.blueprint as rrb
+
+    anchor = np.array(episode.target.anchor)
+    # From high behind the robot, so that both it and the person are in view.
+    away = np.array(episode.start_position) - anchor
+    eye = anchor + 1.3 * away / max(float(np.linalg.norm(away)), 1e-6) * 4.0 + [0.0, 6.5, 0.0]
+    look = rrb.EyeControls3D(position=eye, look_target=anchor + [0.0, 0.8, 0.0], eye_up=UP)
 
     pictures = [
         rrb.Spatial2DView(origin=f"world/cameras/{one.name}/image", name=condition_title(one))
@@ -64,7 +74,7 @@ def _blueprint(conditions: Sequence[Condition]) -> Any:
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                rrb.Spatial3DView(origin="world", name="World"),
+                rrb.Spatial3DView(origin="world", name="World", eye_controls=look),
                 rrb.TextDocumentView(origin="about", name="Episode"),
                 row_shares=[4, 1],
             ),
@@ -94,8 +104,11 @@ def _about(episode: Episode) -> str:
 def _log_scene(stream: Any, scene: Scene) -> None:
     import rerun as rr
 
+    lid = min(room.ceiling_y for room in scene.rooms) - _LID_M
     for surface in scene.surfaces:
         positions, colors, faces = _simplified(surface)
+        # Without ceilings one can look in from above.
+        faces = faces[(positions[faces, 1] < lid).any(axis=1)]
         if len(faces):
             mesh = rr.Mesh3D(
                 vertex_positions=positions, vertex_colors=colors, triangle_indices=faces
@@ -124,10 +137,13 @@ def _log_people(stream: Any, episode: Episode, world: World) -> None:
     import rerun as rr
 
     grid = clip_time_s(episode)
-    step = max(1, round(len(grid) / ((grid[-1] - grid[0]) * _BODY_FPS)))
+    meshes = [person.avatar.mesh(max_triangles=_BODY_TRIANGLES) for person in world.people]
+    bytes_per_frame = sum(mesh.positions.nbytes for mesh in meshes)
+    num_frames = min((grid[-1] - grid[0]) * _BODY_FPS, _BODY_BYTES / bytes_per_frame)
+    step = max(1, math.ceil(len(grid) / num_frames))
     bones = [(parent, joint) for joint, parent in enumerate(JOINT_PARENTS) if parent >= 0]
-    for person, name in zip(world.people, ("target", "partner"), strict=False):
-        mesh = person.avatar.mesh(max_triangles=_BODY_TRIANGLES)
+    names = ("target", "partner")
+    for person, mesh, name in zip(world.people, meshes, names, strict=False):
         vertices = mesh.skin(person.joint_matrices(grid[::step])).astype(np.float32)
         joints = person.joint_frames(grid[::step])[..., :3, 3]
         entity = f"world/people/{name}"
@@ -153,7 +169,7 @@ def _log_camera(
     import rerun as rr
 
     grid = clip_time_s(episode)
-    count = max(2, round((grid[-1] - grid[0]) * _IMAGE_FPS))
+    count = min(_MAX_IMAGES, max(2, round((grid[-1] - grid[0]) * _IMAGE_FPS)))
     clip = Clip(num_frames=count, width=world.camera.width, height=world.camera.height)
     indices = clip.frame_indices(len(grid))
     frames = draw_views(episode, world, renderer, conditions=[condition], clip=clip)

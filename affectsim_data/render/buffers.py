@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,12 +12,16 @@ from numpy.typing import NDArray
 from affectsim_data.avatars import AvatarMesh
 from affectsim_data.poses import FloatArray
 from affectsim_data.render.framing import joint_boxes, visible_boxes
+from affectsim_data.render.solids import closed_solids
 from affectsim_data.scenes import Scene, Surface
 
 __all__ = ["BodyBuffers", "SceneBuffers", "split_faces"]
 
 CHUNK_TRIANGLES = 768
 """Small enough that most of a furnished flat is culled, large enough that calls do not count."""
+
+SOLID_MARGIN_M = 0.25
+"""How far from a solid the eye must be for its back to be left out: the near plane cuts nothing."""
 
 _SCENE_VERTEX = np.dtype([("position", "<f4", 3), ("color", "u1", 4), ("uv", "<f4", 2)])
 _BODY_VERTEX = np.dtype(
@@ -59,11 +64,14 @@ class SceneBuffers:
         """
         self._textures = [_upload_texture(context, surface) for surface in scene.surfaces]
         vertices, faces, chunks = _chunk_surfaces(scene)
-        self._ranges = [(surface, first, count) for surface, first, count, _, _ in chunks]
-        self._low = np.array([low for *_, low, _ in chunks])
-        self._high = np.array([high for *_, high in chunks])
+        self._ranges = [(chunk.surface, chunk.first, chunk.count) for chunk in chunks]
+        self._low, self._high = (np.array([chunk.box[i] for chunk in chunks]) for i in (0, 1))
+        self._solid_low, self._solid_high = (
+            np.array([chunk.solid_box[i] for chunk in chunks]) for i in (0, 1)
+        )
         self._vertices = context.buffer(vertices.tobytes())
         self._faces = context.buffer(faces.tobytes())
+        self._context = context
         color_only = [(self._vertices, "3f4 4f1 8x", "position", "color")]
         with_uv = [(self._vertices, "3f4 4f1 2f4", "position", "color", "uv")]
         self._plain = context.vertex_array(plain, color_only, index_buffer=self._faces)
@@ -78,9 +86,18 @@ class SceneBuffers:
         matrix = clip_from_world.T.astype("<f4").tobytes()
         for uniform in self._programs:
             uniform.write(matrix)
-        bound = None
-        for chunk in visible_boxes(self._low, self._high, clip_from_world, eye):
+        outside = (eye < self._solid_low - SOLID_MARGIN_M) | (
+            eye > self._solid_high + SOLID_MARGIN_M
+        )
+        cull: list[bool] = np.any(outside, axis=1).tolist()
+        bound, culling = None, False
+        for chunk in visible_boxes(self._low, self._high, clip_from_world, eye).tolist():
             surface, first, count = self._ranges[chunk]
+            if cull[chunk] != culling:
+                culling = cull[chunk]
+                (self._context.enable if culling else self._context.disable)(
+                    self._context.CULL_FACE
+                )
             texture = self._textures[surface]
             if texture is None:
                 self._plain.render(vertices=count, first=first)
@@ -89,6 +106,7 @@ class SceneBuffers:
                 texture.use(0)
                 bound = surface
             self._textured.render(vertices=count, first=first)
+        self._context.disable(self._context.CULL_FACE)
 
     def release(self) -> None:
         """Frees the device memory."""
@@ -109,30 +127,60 @@ def _upload_texture(context: Any, surface: Surface) -> Any:
     return texture
 
 
-def _chunk_surfaces(scene: Scene) -> tuple[NDArray[Any], NDArray[np.uint32], list[Any]]:
-    """Vertices, indices, and per chunk its surface, first index, index count and box.
+@dataclasses.dataclass(frozen=True)
+class _Chunk:
+    """A run of triangles of one surface."""
+
+    surface: int
+    first: int
+    count: int
+    """Indices, three a triangle."""
+    box: FloatArray
+    """Low and high corner, `(2, 3)`."""
+    solid_box: FloatArray
+    """Around the closed solids it is part of; endless where it is part of none."""
+
+
+def _chunk_surfaces(scene: Scene) -> tuple[NDArray[Any], NDArray[np.uint32], list[_Chunk]]:
+    """Vertices, indices and chunks; a chunk is all of closed solids or has nothing of them.
 
     Every chunk has its own run of vertices, so that drawing it reads memory in order.
     """
     vertices, faces, chunks = [], [], []
     num_vertices = num_indices = 0
     for index, surface in enumerate(scene.surfaces):
-        centroids = surface.positions[surface.faces].mean(axis=1, dtype=np.float64)
-        for chosen in split_faces(centroids, CHUNK_TRIANGLES):
+        for chosen, solid_box in _parts(surface):
             used, local = np.unique(surface.faces[chosen], return_inverse=True)
-            if not len(used):
-                continue
             run = np.zeros(len(used), _SCENE_VERTEX)
             run["position"], run["color"] = surface.positions[used], surface.colors[used]
             if surface.uvs is not None:
                 run["uv"] = surface.uvs[used]
             vertices.append(run)
             faces.append((local.reshape(-1) + num_vertices).astype("<u4"))
-            low, high = run["position"].min(axis=0), run["position"].max(axis=0)
-            chunks.append((index, num_indices, len(faces[-1]), low, high))
+            box = np.array([run["position"].min(axis=0), run["position"].max(axis=0)], np.float64)
+            chunks.append(_Chunk(index, num_indices, len(faces[-1]), box, solid_box))
             num_vertices += len(run)
             num_indices += len(faces[-1])
     return np.concatenate(vertices), np.concatenate(faces), chunks
+
+
+def _parts(surface: Surface) -> Iterator[tuple[NDArray[np.int64], FloatArray]]:
+    """Faces of each chunk of a surface, and the box of the solids they belong to."""
+    if not len(surface.faces):
+        return
+    positions = surface.positions.astype(np.float64)
+    centroids = positions[surface.faces].mean(axis=1)
+    closed, boxes = closed_solids(positions, surface.faces.astype(np.int64))
+    for wanted in (True, False):
+        group = np.flatnonzero(closed == wanted)
+        for chosen in split_faces(centroids[group], CHUNK_TRIANGLES):
+            if not len(chosen):
+                continue
+            box = np.array([[-np.inf] * 3, [np.inf] * 3])
+            if wanted:
+                around = boxes[group[chosen]]
+                box = np.array([around[:, 0].min(axis=0), around[:, 1].max(axis=0)])
+            yield group[chosen], box
 
 
 class BodyBuffers:

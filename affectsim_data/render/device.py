@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affectsim_data.render.egl import EglContext, default_device, egl_devices
+from affectsim_data.render.processes import survive_forks
 
 __all__ = ["DeviceInfo", "describe_device", "draw_triangle"]
 
@@ -100,5 +101,6 @@ def draw_triangle(device: int | None = None) -> NDArray[np.uint8]:
 
 
 def _open(device: int | None) -> tuple[EglContext, Any]:
+    survive_forks()
     egl = EglContext(default_device() if device is None else device)
     return egl, egl.wrap()

@@ -11,20 +11,26 @@ import dataclasses
 import os
 from typing import Any
 
-from affectsim_data.errors import RendererUnavailableError
+from affectsim_data.errors import ForkedContextError, RendererUnavailableError
 
 __all__ = [
     "INSTALL_HINT",
     "EglContext",
     "EglDevice",
+    "FORK_REMEDY",
+    "claim_display",
     "default_device",
     "egl_devices",
-    "terminate_display",
+    "terminate_displays",
 ]
 
 INSTALL_HINT = (
     "install the system libraries with `apt-get install -y libegl1 libgl1-mesa-dri libgles2` "
     "(Debian, Ubuntu) and run `affectsim doctor` to see what renders here"
+)
+FORK_REMEDY = (
+    "start workers with multiprocessing_context='forkserver', or use "
+    "affectsim_data.loaders.data_loader, which does"
 )
 
 _EXTENSIONS, _VENDOR, _VERSION = 0x3055, 0x3053, 0x3054
@@ -148,6 +154,7 @@ class EglContext:
         """Opens a device: by index, else the first that works.
 
         Raises:
+            ForkedContextError: The device was open when this process was forked.
             RendererUnavailableError: No device opens; the message says why and what to install.
         """
         devices = egl_devices()
@@ -168,7 +175,7 @@ class EglContext:
     def _open(self, device: EglDevice) -> str | None:
         """`None` on success, else what failed."""
         egl = _egl()
-        display = egl.eglGetPlatformDisplayEXT(_PLATFORM_DEVICE, device.handle, None)
+        display = claim_display(device)
         if not display or not egl.eglInitialize(display, None, None):
             return f"eglInitialize failed with 0x{egl.eglGetError():x}"
         config, count = ctypes.c_void_p(), ctypes.c_int()
@@ -210,18 +217,18 @@ class EglContext:
         context: Any = self
         return moderngl.create_context(standalone=True, context=context, require=330)
 
-    def make_current(self) -> None:
-        """Takes this thread's OpenGL calls; other libraries of the process may have had them."""
+    def make_current(self) -> bool:
+        """Takes this thread's OpenGL calls; other libraries of the process may have had them.
+
+        Returns:
+            `False` if the context is lost: something else terminated its display.
+        """
         egl = _egl()
         if egl.eglGetCurrentContext() == self._handle:
-            return
-        # The API binding is per thread and eglMakeCurrent(NONE) of another user goes by it.
+            return True
+        # The API is bound per thread, and whoever had the thread may have bound another one.
         egl.eglBindAPI(_OPENGL_API)
-        if not egl.eglMakeCurrent(self._display, None, None, self._handle):
-            raise RendererUnavailableError(
-                f"the OpenGL context was lost (EGL error 0x{egl.eglGetError():x}): something else "
-                "in this process terminated its display; open a new renderer"
-            )
+        return bool(egl.eglMakeCurrent(self._display, None, None, self._handle))
 
     def __enter__(self) -> None:
         self.make_current()
@@ -240,14 +247,32 @@ class EglContext:
         egl.eglDestroyContext(self._display, self._handle)
         self._handle = None
 
-    @property
-    def display(self) -> int:
-        """EGLDisplay, one per device and process."""
-        return int(self._display)
+
+_displays: dict[int, tuple[int, bool]] = {}
+"""Displays opened so far: by which process, and whether they are software."""
 
 
-def terminate_display(display: int) -> None:
-    """Shuts a display down, with all threads of its driver; its contexts must be released."""
-    egl = _egl()
-    egl.eglTerminate(display)
-    egl.eglReleaseThread()
+def claim_display(device: EglDevice) -> int:
+    """The display of a device, one per device and process, about to be opened by this process.
+
+    Raises:
+        ForkedContextError: It was up when this process was forked, and lost its threads then.
+    """
+    display = int(_egl().eglGetPlatformDisplayEXT(_PLATFORM_DEVICE, device.handle, None) or 0)
+    pid, _ = _displays.setdefault(display, (os.getpid(), device.software))
+    if pid != os.getpid():
+        raise ForkedContextError(
+            f"EGL device {device.index} was opened in process {pid} and cannot be used after a "
+            f"fork in process {os.getpid()}; {FORK_REMEDY}"
+        )
+    return display
+
+
+def terminate_displays() -> None:
+    """Shuts software displays down, with all their threads; contexts must be released before."""
+    for display, (pid, software) in list(_displays.items()):
+        if software and pid == os.getpid():
+            _egl().eglTerminate(display)
+            del _displays[display]
+    if _library is not None:
+        _library.eglReleaseThread()

@@ -15,14 +15,9 @@ import weakref
 from typing import Protocol
 
 from affectsim_data.errors import ForkedContextError
-from affectsim_data.render.egl import terminate_display
+from affectsim_data.render.egl import FORK_REMEDY, terminate_displays
 
 __all__ = ["Owner", "Suspendable", "survive_forks"]
-
-_REMEDY = (
-    "start workers with multiprocessing_context='forkserver', or use "
-    "affectsim_data.loaders.data_loader, which does"
-)
 
 
 class Owner:
@@ -47,7 +42,7 @@ class Owner:
         if self._pid != os.getpid():
             raise ForkedContextError(
                 f"this renderer was opened in process {self._pid} and cannot be used after a fork "
-                f"in process {os.getpid()}; {_REMEDY}"
+                f"in process {os.getpid()}; {FORK_REMEDY}"
             )
         if self._thread != threading.get_ident():
             raise RuntimeError(
@@ -69,12 +64,8 @@ class Suspendable(Protocol):
         """Whether its driver can be shut down by the calling thread."""
         ...
 
-    def suspend(self) -> int:
-        """Gives up the context, to be opened again by the next clip, in whichever process.
-
-        Returns:
-            The display it was on, still up.
-        """
+    def suspend(self) -> None:
+        """Gives up the context, to be opened again by the next clip, in whichever process."""
         ...
 
 
@@ -82,10 +73,11 @@ _renderers: weakref.WeakSet[Suspendable] = weakref.WeakSet()
 _hooked = False
 
 
-def survive_forks(renderer: Suspendable) -> None:
-    """Has `renderer` suspended before this process forks, where that is safe."""
+def survive_forks(renderer: Suspendable | None = None) -> None:
+    """Has displays shut down before this process forks, `renderer` suspended, where it is safe."""
     global _hooked
-    _renderers.add(renderer)
+    if renderer is not None:
+        _renderers.add(renderer)
     if not _hooked and hasattr(os, "register_at_fork"):
         os.register_at_fork(before=_suspend_all)
         _hooked = True
@@ -93,7 +85,9 @@ def survive_forks(renderer: Suspendable) -> None:
 
 def _suspend_all() -> None:
     holding = [renderer for renderer in _renderers if renderer.is_open]
-    # A display may serve several of them, so it is all or none.
+    # A display may serve several of them, so it is all or none. With none open there may still be
+    # a display, with threads that a child would miss.
     if all(renderer.can_suspend for renderer in holding):
-        for display in {renderer.suspend() for renderer in holding}:
-            terminate_display(display)
+        for renderer in holding:
+            renderer.suspend()
+        terminate_displays()

@@ -12,6 +12,7 @@ from affectsim_data.avatars import Avatar
 from affectsim_data.cameras import Camera, CameraTrajectory
 from affectsim_data.poses import FloatArray
 from affectsim_data.scenes import Scene
+from affectsim_data.skeletons import NUM_JOINTS
 
 __all__ = ["ClipSpec", "PosedAvatar", "RenderedClip", "Renderer", "RendererName"]
 
@@ -26,6 +27,14 @@ class PosedAvatar:
     """Whose body."""
     joint_matrices: FloatArray
     """Rest vertices to world, `(num_frames, 22, 4, 4)`."""
+
+    def __post_init__(self) -> None:
+        shape = self.joint_matrices.shape
+        if len(shape) != 4 or shape[1:] != (NUM_JOINTS, 4, 4):
+            raise ValueError(
+                f"avatar {self.avatar.avatar_id!r}: joint_matrices must be "
+                f"(n, {NUM_JOINTS}, 4, 4), got {shape}"
+            )
 
 
 @dataclasses.dataclass(frozen=True)

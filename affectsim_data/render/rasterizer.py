@@ -140,8 +140,7 @@ class EglRenderer:
         """Frees the device; the renderer cannot be used again."""
         self._closed = True
         if self._device is not None and self._device.owner.is_here:
-            self._device.egl.make_current()
-            self._release_device().release()
+            self._release_device()
         self._device = None
 
     @property
@@ -155,25 +154,23 @@ class EglRenderer:
         device = self._device
         return device is None or (device.owner.is_here and device.egl.device.software)
 
-    def suspend(self) -> int:
+    def suspend(self) -> None:
         """Gives up the context, to be opened again by the next clip, in whichever process."""
-        assert self._device is not None
-        egl = self._device.egl
-        egl.make_current()
-        self._release_device().release()
-        return egl.display
+        if self._device is not None:
+            self._release_device()
 
-    def _release_device(self) -> EglContext:
+    def _release_device(self) -> None:
         device, self._device = self._device, None
         assert device is not None
-        device.scenes.clear()
-        device.bodies.clear()
-        if device.targets is not None:
-            device.targets.release()
-        for program in device.programs.values():
-            program.release()
+        if device.egl.make_current():
+            device.scenes.clear()
+            device.bodies.clear()
+            if device.targets is not None:
+                device.targets.release()
+            for program in device.programs.values():
+                program.release()
         device.context.release()
-        return device.egl
+        device.egl.release()
 
     def _current_device(self) -> _Device:
         if self._closed:
@@ -182,7 +179,10 @@ class EglRenderer:
             index = default_device() if self._device_index is None else self._device_index
             self._device = _open_device(index, self._cache_bytes)
         self._device.owner.check()
-        self._device.egl.make_current()
+        if not self._device.egl.make_current():
+            # Another user of EGL, pyrender for one, shut the display down: start afresh.
+            self._device = None
+            return self._current_device()
         return self._device
 
     def _prepare(self, device: _Device, spec: ClipSpec, *, instances: bool) -> _Clip:
@@ -298,8 +298,10 @@ def _open_device(index: int | None, cache_bytes: int) -> _Device:
         for name, (vertex, fragment) in sources.items()
     }
     resolve_constants(programs["resolve"])
-    # Two-sided: rays that decide what is hidden hit both sides of a triangle, so must pixels.
+    # Two-sided: rays that decide what is hidden hit both sides of a triangle, so must pixels. Only
+    # for closed solids do scene buffers turn culling on; images are drawn upside down, so turn.
     context.enable_only(context.DEPTH_TEST)
+    context.front_face = "cw"
     # The alpha channel carries instance ids: shadows leave it alone.
     context.blend_func = (context.ZERO, context.ONE_MINUS_SRC_ALPHA, context.ZERO, context.ONE)
     scenes: BufferCache[SceneBuffers] = BufferCache(cache_bytes)

@@ -8,7 +8,6 @@ the pixel's centre, where that of the first pass is the depth of a sample up to 
 
 from __future__ import annotations
 
-import ctypes
 import os
 from typing import Any
 
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from affectsim_data.avatars import AvatarMesh
 from affectsim_data.errors import RendererUnavailableError
 from affectsim_data.poses import FloatArray
-from affectsim_data.render.egl import INSTALL_HINT, default_device
+from affectsim_data.render.egl import INSTALL_HINT, claim_display, default_device, egl_devices
 from affectsim_data.render.framing import BACKGROUND, FAR_M, NEAR_M, choose_mesh
 from affectsim_data.render.lighting import light_on
 from affectsim_data.render.processes import Owner, survive_forks
@@ -115,32 +114,44 @@ class PyrenderRenderer:
         self._offscreen._platform.make_current()
         return b"llvmpipe" in GL.glGetString(GL.GL_RENDERER)
 
-    def suspend(self) -> int:
+    def suspend(self) -> None:
         """Gives up the context, to be opened again by the next clip, in whichever process."""
-        return self._release()
+        if self.is_open:
+            self._release()
 
-    def _release(self) -> int:
-        """Frees the context and returns its display.
+    def _release(self) -> None:
+        """Frees the context.
 
         pyrender's own `delete` would terminate the display and every other context on it.
         """
         from OpenGL import EGL
+        from OpenGL.error import GLError
 
         offscreen, self._offscreen, self._scene = self._offscreen, None, None
         platform = offscreen._platform
-        platform.make_current()
-        offscreen._renderer.delete()
         display = platform._egl_display
-        EGL.eglMakeCurrent(display, EGL.EGL_NO_SURFACE, EGL.EGL_NO_SURFACE, EGL.EGL_NO_CONTEXT)
-        EGL.eglDestroyContext(display, platform._egl_context)
+        try:
+            platform.make_current()
+            offscreen._renderer.delete()
+        except GLError:
+            pass  # Lost: another user of EGL terminated the display.
+        else:
+            none = EGL.EGL_NO_SURFACE
+            EGL.eglMakeCurrent(display, none, none, EGL.EGL_NO_CONTEXT)
+            EGL.eglDestroyContext(display, platform._egl_context)
         platform._egl_display = platform._egl_context = None
         # Its finalizer still calls `delete`.
         offscreen._platform, offscreen._renderer = _Nothing(), _Nothing()
-        return int(ctypes.cast(display, ctypes.c_void_p).value or 0)
 
     def _open(self, pyrender: Any, width: int, height: int) -> Any:
         if self._offscreen is None:
             index = default_device() if self._device is None else self._device
+            devices = egl_devices()
+            if not (index or 0) < len(devices):
+                raise RendererUnavailableError(
+                    f"EGL device {index} does not exist, there are {len(devices)}; {INSTALL_HINT}"
+                )
+            claim_display(devices[index or 0])
             os.environ["EGL_DEVICE_ID"] = str(index or 0)
             try:
                 self._offscreen = pyrender.OffscreenRenderer(width, height)
