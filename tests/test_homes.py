@@ -82,7 +82,7 @@ def test_rooms_do_not_overlap(home: Scene) -> None:
 
 
 def test_budgets_hold(home: Scene) -> None:
-    assert 60_000 <= home.num_triangles <= 150_000
+    assert 30_000 <= home.num_triangles <= 150_000
     assert len(home.surfaces) <= 24
     assert len(home.to_glb()) < 6_000_000
 

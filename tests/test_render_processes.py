@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import gc
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from render_scenes import capsule_avatar, clip, one_room, standing_person, still_camera
 
+from affectsim_data.cameras import CameraTrajectory
 from affectsim_data.errors import RendererUnavailableError
 from affectsim_data.render import ClipSpec, open_renderer, process_renderer
 from affectsim_data.render.device import describe_device, draw_triangle
@@ -90,6 +92,35 @@ def test_uploads_are_bounded_and_go_with_their_scenes() -> None:
     unbounded.render(first)
     assert unbounded.cached_bytes <= 1.1 * one_scene
     unbounded.close()
+
+
+@pytest.mark.egl
+def test_backgrounds_are_kept_up_to_a_bound_and_change_no_pixel() -> None:
+    spec = small_clip()
+    pose = spec.trajectory.T_world_camera[0]
+    views = []
+    for step in range(6):
+        moved = pose.copy()
+        moved[0, 3] += 0.01 * step
+        trajectory = CameraTrajectory.still(moved, num_frames=len(spec.trajectory))
+        views.append(dataclasses.replace(spec, trajectory=trajectory))
+    roomy = EglRenderer(cache_bytes=2**29)
+    first = [roomy.render(view).rgb for view in views]
+    one = roomy.background_bytes / len(views)
+    assert one > 0
+    again = [roomy.render(view).rgb for view in views]
+    assert roomy.background_bytes == one * len(views)
+    roomy.close()
+
+    tight = EglRenderer(cache_bytes=2**29, max_background_bytes=int(2.5 * one))
+    bounded = []
+    for view in [*views, *reversed(views)]:
+        bounded.append(tight.render(view).rgb)
+        assert tight.background_bytes <= 2.5 * one
+    tight.close()
+    for pixels in (again, bounded[:6], bounded[:5:-1]):
+        assert all(np.array_equal(a, b) for a, b in zip(first, pixels, strict=True))
+    assert not np.array_equal(first[0], first[-1])
 
 
 @pytest.mark.egl

@@ -64,8 +64,8 @@ def _blueprint(episode: Episode, conditions: Sequence[Condition]) -> Any:
     anchor = np.array(episode.target.anchor)
     # From high behind the robot, so that both it and the person are in view.
     away = np.array(episode.start_position) - anchor
-    eye = anchor + 1.3 * away / max(float(np.linalg.norm(away)), 1e-6) * 4.0 + [0.0, 6.5, 0.0]
-    look = rrb.EyeControls3D(position=eye, look_target=anchor + [0.0, 0.8, 0.0], eye_up=UP)
+    eye = anchor + 5.2 * away / max(float(np.linalg.norm(away)), 1e-6) + 6.5 * UP
+    look = rrb.EyeControls3D(position=eye, look_target=anchor + 0.8 * UP, eye_up=UP)
 
     pictures = [
         rrb.Spatial2DView(origin=f"world/cameras/{one.name}/image", name=condition_title(one))

@@ -51,7 +51,7 @@ def _build(name: str, folder: Path) -> None:
     package_parent = str(Path(__file__).resolve().parents[2])
     path = os.pathsep.join(filter(None, [package_parent, os.environ.get("PYTHONPATH")]))
     done = subprocess.run(
-        command, env={**os.environ, "PYTHONPATH": path}, stdout=sys.stderr, check=False
+        command, env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.DEVNULL, check=False
     )
     if done.returncode:
         raise RuntimeError(

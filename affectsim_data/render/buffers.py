@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Iterator
 from typing import Any
 
@@ -22,6 +23,8 @@ CHUNK_TRIANGLES = 768
 
 SOLID_MARGIN_M = 0.25
 """How far from a solid the eye must be for its back to be left out: the near plane cuts nothing."""
+
+_serials = itertools.count()
 
 _SCENE_VERTEX = np.dtype([("position", "<f4", 3), ("color", "u1", 4), ("uv", "<f4", 2)])
 _BODY_VERTEX = np.dtype(
@@ -72,6 +75,8 @@ class SceneBuffers:
         self._vertices = context.buffer(vertices.tobytes())
         self._faces = context.buffer(faces.tobytes())
         self._context = context
+        self.serial = next(_serials)
+        """Tells this upload from every other one of this process."""
         color_only = [(self._vertices, "3f4 4f1 8x", "position", "color")]
         with_uv = [(self._vertices, "3f4 4f1 2f4", "position", "color", "uv")]
         self._plain = context.vertex_array(plain, color_only, index_buffer=self._faces)

@@ -27,14 +27,13 @@ NEAR_M, FAR_M = 0.05, 60.0
 BACKGROUND = (196, 206, 214)
 """sRGB where nothing was hit: what is seen through a window without a world behind it."""
 
-MIN_TRIANGLES = 3000
-TRIANGLES_PER_PIXEL = 1.0
+TRIANGLES_PER_PIXEL = 0.65
 BODY_ASPECT = 0.4
 """Share of the square over a body's height that the body covers, arms and all."""
 
 
 def choose_mesh(person: PosedAvatar, spec: ClipSpec) -> AvatarMesh:
-    """The level of detail for a whole clip: about one triangle per covered pixel.
+    """The level of detail for a whole clip: about two triangles for three covered pixels.
 
     Goes by the frame in which the person is largest, so that it never changes within a clip.
     """
@@ -46,7 +45,7 @@ def choose_mesh(person: PosedAvatar, spec: ClipSpec) -> AvatarMesh:
     stature = 1.8 * person.avatar.skeleton.hip_height
     height_px = min(stature * spec.camera.intrinsics[0, 0] / distance, 2.0 * spec.camera.height)
     budget = TRIANGLES_PER_PIXEL * BODY_ASPECT * height_px**2
-    return person.avatar.mesh(max_triangles=max(MIN_TRIANGLES, int(budget)))
+    return person.avatar.mesh(max_triangles=int(budget))
 
 
 def joint_boxes(mesh: AvatarMesh) -> FloatArray:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from affectsim_data.poses import UP, FloatArray, invert_pose
 from affectsim_data.render import shaders
+from affectsim_data.render.backgrounds import MAX_BYTES, Background, BackgroundCache
 from affectsim_data.render.buffers import BodyBuffers, SceneBuffers
 from affectsim_data.render.cache import BufferCache
 from affectsim_data.render.egl import EglContext, default_device
@@ -24,7 +25,13 @@ from affectsim_data.render.lighting import KEY
 from affectsim_data.render.processes import Owner, survive_forks
 from affectsim_data.render.protocol import ClipSpec, RenderedClip, RendererName
 from affectsim_data.render.shadows import VERTICES_PER_PERSON, shadow_discs
-from affectsim_data.render.targets import Rectangle, Targets, resolve_constants, sample_scale
+from affectsim_data.render.targets import (
+    Rectangle,
+    Targets,
+    release_framebuffer,
+    resolve_constants,
+    sample_scale,
+)
 
 __all__ = ["EglRenderer"]
 
@@ -42,6 +49,7 @@ class _Device:
     owner: Owner
     scenes: BufferCache[SceneBuffers]
     bodies: BufferCache[BodyBuffers]
+    backgrounds: BackgroundCache
     targets: Targets | None = None
 
 
@@ -79,24 +87,31 @@ class EglRenderer:
     """Draws clips on a headless EGL device, a software one included; see `Renderer`.
 
     The context opens with the first clip. Uploaded scenes and bodies are kept, least recently used
-    first out, up to `cache_bytes`. A still camera draws its background once a clip; people are
-    drawn over copies of it, and only around people pixels are resolved and read back.
+    first out, up to `cache_bytes`. The background of a still camera is drawn once and kept a while;
+    people are drawn over copies of it, and only around them pixels are resolved and read back.
     """
 
     name: RendererName = "egl"
 
     def __init__(
-        self, device: int | None = None, *, cache_bytes: int, reuse_background: bool = True
+        self,
+        device: int | None = None,
+        *,
+        cache_bytes: int,
+        max_background_bytes: int = MAX_BYTES,
+        reuse_background: bool = True,
     ) -> None:
         """Prepares a renderer without opening anything.
 
         Args:
             device: EGL device index; `None` for `AFFECTSIM_EGL_DEVICE`, else the first that opens.
             cache_bytes: Bound on uploaded scenes and bodies.
+            max_background_bytes: Bound on backgrounds of still cameras.
             reuse_background: `False` draws still cameras as moving ones: the same pixels, slower.
         """
         self._device_index = device
         self._cache_bytes = cache_bytes
+        self._max_background_bytes = max_background_bytes
         self._reuse_background = reuse_background
         self._device: _Device | None = None
         self._closed = False
@@ -136,6 +151,11 @@ class EglRenderer:
             return 0
         return self._device.scenes.num_bytes + self._device.bodies.num_bytes
 
+    @property
+    def background_bytes(self) -> int:
+        """Memory of backgrounds of still cameras, on the device and off it."""
+        return 0 if self._device is None else self._device.backgrounds.num_bytes
+
     def close(self) -> None:
         """Frees the device; the renderer cannot be used again."""
         self._closed = True
@@ -165,6 +185,7 @@ class EglRenderer:
         if device.egl.make_current():
             device.scenes.clear()
             device.bodies.clear()
+            device.backgrounds.clear()
             if device.targets is not None:
                 device.targets.release()
             for program in device.programs.values():
@@ -177,7 +198,7 @@ class EglRenderer:
             raise RuntimeError("this renderer was closed; open a new one with open_renderer()")
         if self._device is None:
             index = default_device() if self._device_index is None else self._device_index
-            self._device = _open_device(index, self._cache_bytes)
+            self._device = _open_device(index, self._cache_bytes, self._max_background_bytes)
         self._device.owner.check()
         if not self._device.egl.make_current():
             # Another user of EGL, pyrender for one, shut the display down: start afresh.
@@ -240,20 +261,19 @@ class EglRenderer:
     def _render_still(self, device: _Device, clip: _Clip) -> None:
         targets = device.targets
         assert targets is not None
-        _, height, width = clip.depth.shape
-        targets.open_strip(width, height)
-        targets.begin(targets.background)
-        _draw_scene(clip, 0)
-        targets.resolve(targets.background, (0, 0, width, height), row=0)
-        ids = None if clip.instances is None else clip.instances[:1]
-        targets.read(clip.rgb[:1], clip.depth[:1], ids)
-        clip.rgb[1:], clip.depth[1:] = clip.rgb[0], clip.depth[0]
+        pose = clip.spec.trajectory.T_world_camera[0].tobytes()
+        background = device.backgrounds.get(
+            (clip.scene.serial, clip.spec.camera, pose), lambda: _draw_background(targets, clip)
+        )
+        clip.rgb[:], clip.depth[:] = background.rgb, background.depth
         if clip.instances is not None:
-            clip.instances[1:] = clip.instances[0]
+            clip.instances[:] = 0
         if clip.people:
-            self._render_people_over(device, targets, clip)
+            self._render_people_over(device, targets, clip, background.tile)
 
-    def _render_people_over(self, device: _Device, targets: Targets, clip: _Clip) -> None:
+    def _render_people_over(
+        self, device: _Device, targets: Targets, clip: _Clip, background: Any
+    ) -> None:
         """Redraws the rectangle around the people of every frame over the background."""
         rectangles = _union([person.rectangles for person in clip.people])
         tile_width = int((rectangles[:, 2] - rectangles[:, 0]).max())
@@ -267,7 +287,7 @@ class EglRenderer:
             for row, frame in enumerate(frames):
                 if rectangles[frame, 2]:
                     rectangle = _rectangle(rectangles[frame])
-                    targets.restore(rectangle)
+                    targets.restore(background, rectangle)
                     _draw_people(device, clip, frame)
                     targets.resolve(targets.work, rectangle, row=row * tile_height)
             shape = (len(frames), tile_height, tile_width)
@@ -283,7 +303,7 @@ class EglRenderer:
                     clip.instances[frame, v0:v1, u0:u1] = ids[inside]
 
 
-def _open_device(index: int | None, cache_bytes: int) -> _Device:
+def _open_device(index: int | None, cache_bytes: int, max_background_bytes: int) -> _Device:
     egl = EglContext(index)
     context = egl.wrap()
     sources = {
@@ -306,7 +326,20 @@ def _open_device(index: int | None, cache_bytes: int) -> _Device:
     context.blend_func = (context.ZERO, context.ONE_MINUS_SRC_ALPHA, context.ZERO, context.ONE)
     scenes: BufferCache[SceneBuffers] = BufferCache(cache_bytes)
     bodies: BufferCache[BodyBuffers] = BufferCache(max(cache_bytes // 8, 1))
-    return _Device(egl, context, programs, Owner(), scenes, bodies)
+    backgrounds = BackgroundCache(max_background_bytes)
+    return _Device(egl, context, programs, Owner(), scenes, bodies, backgrounds)
+
+
+def _draw_background(targets: Targets, clip: _Clip) -> Background:
+    _, height, width = clip.depth.shape
+    tile = targets.new_tile()
+    targets.open_strip(width, height)
+    targets.begin(tile)
+    _draw_scene(clip, 0)
+    targets.resolve(tile, (0, 0, width, height), row=0)
+    rgb, depth = np.empty((1, height, width, 3), np.uint8), np.empty((1, height, width), np.float32)
+    targets.read(rgb, depth, None)
+    return Background(tile, rgb[0], depth[0], release_framebuffer)
 
 
 def _upload_person(device: _Device, clip: _Clip, place: int) -> _Person:

@@ -144,7 +144,7 @@ void main() {
 """
 
 # Sample 2 i + 1 lies at the centre of pixel i. Its depth and id are the pixel's own; its colour is
-# averaged with its neighbours by 1-2-1 weights, which four bilinear fetches between them do.
+# averaged with its neighbours by 1-2-1 weights; nine fetches beat four filtered ones on a CPU.
 _RESOLVE_FRAGMENT = """
 #version 330
 uniform sampler2D color_samples;
@@ -153,18 +153,21 @@ uniform ivec2 offset;
 uniform vec2 near_far;
 layout(location = 0) out vec4 color;
 layout(location = 1) out float depth;
+
+vec3 near(ivec2 at, int across, int down) {
+    return texelFetch(color_samples, at + ivec2(across, down), 0).rgb;
+}
+
 void main() {
     ivec2 at = 2 * (ivec2(gl_FragCoord.xy) + offset) + 1;
-    vec2 texel = 1.0 / vec2(textureSize(color_samples, 0));
-    vec2 low = vec2(at) * texel, high = vec2(at + 1) * texel;
-    vec3 mean = 0.25 * (texture(color_samples, low).rgb + texture(color_samples, high).rgb
-        + texture(color_samples, vec2(low.x, high.y)).rgb
-        + texture(color_samples, vec2(high.x, low.y)).rgb);
+    vec3 mean = 0.25 * near(at, 0, 0)
+        + 0.125 * (near(at, -1, 0) + near(at, 1, 0) + near(at, 0, -1) + near(at, 0, 1))
+        + 0.0625 * (near(at, -1, -1) + near(at, 1, -1) + near(at, -1, 1) + near(at, 1, 1));
     color = vec4(mean, texelFetch(color_samples, at, 0).a);
     // 1 - w keeps its digits far away, where w is close to 1.
     float w = 1.0 - texelFetch(depth_samples, at, 0).r;
-    float near = near_far.x, far = near_far.y;
-    depth = w > 0.0 ? near * far / (near + w * (far - near)) : uintBitsToFloat(0x7F800000u);
+    float n = near_far.x, f = near_far.y;
+    depth = w > 0.0 ? n * f / (n + w * (f - n)) : uintBitsToFloat(0x7F800000u);
 }
 """
 

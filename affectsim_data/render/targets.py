@@ -12,7 +12,13 @@ from affectsim_data.cameras import Camera
 from affectsim_data.poses import FloatArray
 from affectsim_data.render.framing import BACKGROUND, FAR_M, NEAR_M
 
-__all__ = ["Rectangle", "Targets", "resolve_constants", "sample_scale"]
+__all__ = [
+    "Rectangle",
+    "Targets",
+    "release_framebuffer",
+    "resolve_constants",
+    "sample_scale",
+]
 
 MAX_STRIP_BYTES = 48 * 2**20
 _BYTES_PER_PIXEL = 8
@@ -65,7 +71,6 @@ class Targets:
             )
         self._context = context
         self.work = _tile(context, self.size)
-        self.background = _tile(context, self.size)
         self._resolve = resolve
         self._triangle = context.vertex_array(resolve, [])
         self._strip: Any = None
@@ -86,9 +91,13 @@ class Targets:
         red, green, blue = (value / 255.0 for value in BACKGROUND)
         tile.clear(red, green, blue, 0.0, depth=1.0)
 
-    def restore(self, rectangle: Rectangle) -> None:
-        """Copies the background, sample by sample, to the work tile and binds that."""
-        self._bind(_READ, self.background.glo)
+    def new_tile(self) -> Any:
+        """A framebuffer for one frame's samples; freed by `release_framebuffer`."""
+        return _tile(self._context, self.size)
+
+    def restore(self, background: Any, rectangle: Rectangle) -> None:
+        """Copies a background, sample by sample, to the work tile and binds that."""
+        self._bind(_READ, background.glo)
         self._bind(_DRAW, self.work.glo)
         u0, v0, u1, v1 = rectangle
         corners = (2 * u0, 2 * v0, 2 * u1 + 1, 2 * v1 + 1)
@@ -115,7 +124,7 @@ class Targets:
             width, height = max(width, self._strip.width), max(height, self._strip.height)
             if width * height * _BYTES_PER_PIXEL > 2 * MAX_STRIP_BYTES:
                 raise AssertionError("strips are bounded by frames_per_strip")
-            _release(self._strip)
+            release_framebuffer(self._strip)
         color = self._context.texture((width, height), 4)
         depth = self._context.texture((width, height), 1, dtype="f4")
         self._strip = self._context.framebuffer([color, depth])
@@ -138,9 +147,9 @@ class Targets:
     def release(self) -> None:
         """Frees the device memory."""
         self._triangle.release()
-        for framebuffer in (self.work, self.background, self._strip):
+        for framebuffer in (self.work, self._strip):
             if framebuffer is not None:
-                _release(framebuffer)
+                release_framebuffer(framebuffer)
 
 
 def _tile(context: Any, size: tuple[int, int]) -> Any:
@@ -151,7 +160,8 @@ def _tile(context: Any, size: tuple[int, int]) -> Any:
     return context.framebuffer([context.texture(samples, 4)], depth)
 
 
-def _release(framebuffer: Any) -> None:
+def release_framebuffer(framebuffer: Any) -> None:
+    """Frees a framebuffer and its attachments."""
     attachments = [*framebuffer.color_attachments, framebuffer.depth_attachment]
     framebuffer.release()
     for attachment in attachments:
