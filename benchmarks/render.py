@@ -51,7 +51,7 @@ REFERENCE_FRAMES = 6
 Draw = Callable[[ClipSpec], object]
 
 
-def run(*, rounds: int = 3) -> list[dict[str, Any]]:
+def run(*, rounds: int = 8) -> list[dict[str, Any]]:
     """One row per scene, image size and camera; the best of `rounds` for every renderer."""
     fast, flat = EglRenderer(cache_bytes=2**29), PyrenderRenderer(exact=False)
     usual = UsualPyrender()
@@ -184,7 +184,7 @@ def main() -> None:
     from benchmarks.machine import describe_machine
 
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=8)
     rows = run(rounds=parser.parse_args().rounds)
     print(json.dumps({"machine": describe_machine(), "render": rows}, indent=2))
 
