@@ -58,6 +58,8 @@ def test_sample_has_the_shapes_units_and_provenance_it_promises(small_release_pa
     expected = np.round(np.linspace(0, last, 8)).astype(int)
     assert sample["frame_indices"].tolist() == expected.tolist()
     np.testing.assert_allclose(sample["time_s"].numpy(), expected / 30.0, atol=1e-12)
+    near = sample["depth"][sample["instances"] == 1]
+    assert abs(float(sample["distance_m"].mean()) - float(near.mean())) < 0.5
     finite = sample["depth"][torch.isfinite(sample["depth"])]
     assert 0.05 < finite.min() < finite.max() < 30.0
 

@@ -10,6 +10,7 @@ import torch
 from affectsim_data.episodes import Episode, World, clip_time_s
 from affectsim_data.loaders.presets import Clip
 from affectsim_data.observations import Condition
+from affectsim_data.poses import FloatArray, transform_points
 from affectsim_data.render import ClipSpec, PosedAvatar, Renderer
 
 __all__ = ["Sample", "clip_spec", "draw_sample"]
@@ -32,6 +33,9 @@ class Sample(TypedDict):
     """float64 `(num_frames, 4, 4)`; the camera looks along -Z, +Y up."""
     intrinsics: torch.Tensor
     """float64 `(3, 3)`, pixels."""
+    distance_m: torch.Tensor
+    """float64 `(num_frames,)`, camera to the target's pelvis: what was, where walls allow less
+    than a condition asks for."""
     time_s: torch.Tensor
     """float64 `(num_frames,)`, since the start of the clip."""
     frame_indices: torch.Tensor
@@ -91,6 +95,7 @@ def draw_sample(
         emotion=episode.emotion,
         T_world_camera=torch.from_numpy(spec.trajectory.T_world_camera),
         intrinsics=torch.from_numpy(spec.camera.intrinsics),
+        distance_m=torch.from_numpy(_distance(spec)),
         time_s=torch.from_numpy(clip_time_s(episode)[indices] - episode.phase_s),
         frame_indices=torch.from_numpy(indices),
         condition=condition.name,
@@ -108,3 +113,13 @@ def draw_sample(
     if images.instances is not None:
         sample["instances"] = torch.from_numpy(images.instances[:, None])
     return sample
+
+
+def _distance(spec: ClipSpec) -> FloatArray:
+    """Camera to the target's pelvis, metres, `(num_frames,)`."""
+    target = spec.people[0]
+    pelvis = transform_points(
+        target.joint_matrices[:, 0], target.avatar.skeleton.rest_positions[None, :1]
+    )[:, 0]
+    distance: FloatArray = np.linalg.norm(spec.trajectory.T_world_camera[:, :3, 3] - pelvis, axis=1)
+    return distance
