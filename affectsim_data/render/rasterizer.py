@@ -2,85 +2,31 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from affectsim_data.poses import UP, FloatArray, invert_pose
-from affectsim_data.render import shaders
-from affectsim_data.render.backgrounds import MAX_BYTES, Background, BackgroundCache
-from affectsim_data.render.buffers import BodyBuffers, SceneBuffers
-from affectsim_data.render.cache import BufferCache
-from affectsim_data.render.egl import EglContext, default_device
-from affectsim_data.render.framing import (
-    FAR_M,
-    NEAR_M,
-    body_corners,
-    choose_mesh,
-    screen_rectangles,
+from affectsim_data.poses import invert_pose
+from affectsim_data.render.backgrounds import MAX_BYTES
+from affectsim_data.render.buffers import SceneBuffers
+from affectsim_data.render.drawing import (
+    Device,
+    DrawnClip,
+    as_rectangle,
+    draw_background,
+    draw_people,
+    draw_scene,
+    open_device,
+    union_rectangles,
+    upload_person,
 )
-from affectsim_data.render.lighting import KEY
-from affectsim_data.render.processes import Owner, survive_forks
+from affectsim_data.render.egl import default_device
+from affectsim_data.render.framing import FAR_M, NEAR_M
+from affectsim_data.render.processes import survive_forks
 from affectsim_data.render.protocol import ClipSpec, RenderedClip, RendererName
-from affectsim_data.render.shadows import VERTICES_PER_PERSON, shadow_discs
-from affectsim_data.render.targets import (
-    Rectangle,
-    Targets,
-    release_framebuffer,
-    resolve_constants,
-    sample_scale,
-)
+from affectsim_data.render.targets import Targets, sample_scale
 
 __all__ = ["EglRenderer"]
-
-_POSE_STRIDE = 1280
-"""Bytes from frame to frame: 66 rows of 16 bytes, up to a multiple of 256 for any driver."""
-
-
-@dataclasses.dataclass
-class _Device:
-    """Everything that dies with the context."""
-
-    egl: EglContext
-    context: Any
-    programs: dict[str, Any]
-    owner: Owner
-    scenes: BufferCache[SceneBuffers]
-    bodies: BufferCache[BodyBuffers]
-    backgrounds: BackgroundCache
-    targets: Targets | None = None
-
-
-@dataclasses.dataclass
-class _Person:
-    """One participant of the clip at hand."""
-
-    body: BodyBuffers
-    poses: Any
-    discs: Any
-    shadows: Any
-    rectangles: NDArray[np.int64]
-
-    def release(self) -> None:
-        """Frees what is of this clip only."""
-        for item in (self.shadows, self.discs, self.poses):
-            item.release()
-
-
-@dataclasses.dataclass
-class _Clip:
-    """A clip specification in device terms."""
-
-    spec: ClipSpec
-    scene: SceneBuffers
-    people: list[_Person]
-    view_from_world: FloatArray
-    clip_from_view: FloatArray
-    rgb: NDArray[np.uint8]
-    depth: NDArray[np.float32]
-    instances: NDArray[np.uint8] | None
 
 
 class EglRenderer:
@@ -113,7 +59,7 @@ class EglRenderer:
         self._cache_bytes = cache_bytes
         self._max_background_bytes = max_background_bytes
         self._reuse_background = reuse_background
-        self._device: _Device | None = None
+        self._device: Device | None = None
         self._closed = False
         survive_forks(self)
 
@@ -193,12 +139,12 @@ class EglRenderer:
         device.context.release()
         device.egl.release()
 
-    def _current_device(self) -> _Device:
+    def _current_device(self) -> Device:
         if self._closed:
             raise RuntimeError("this renderer was closed; open a new one with open_renderer()")
         if self._device is None:
             index = default_device() if self._device_index is None else self._device_index
-            self._device = _open_device(index, self._cache_bytes, self._max_background_bytes)
+            self._device = open_device(index, self._cache_bytes, self._max_background_bytes)
         self._device.owner.check()
         if not self._device.egl.make_current():
             # Another user of EGL, pyrender for one, shut the display down: start afresh.
@@ -206,7 +152,7 @@ class EglRenderer:
             return self._current_device()
         return self._device
 
-    def _prepare(self, device: _Device, spec: ClipSpec, *, instances: bool) -> _Clip:
+    def _prepare(self, device: Device, spec: ClipSpec, *, instances: bool) -> DrawnClip:
         """Uploads what is new and allocates the result."""
         camera, programs = spec.camera, device.programs
         context, num_frames = device.context, len(spec.trajectory)
@@ -224,7 +170,7 @@ class EglRenderer:
         # Upside down, so that the rows come back top first.
         clip_from_view[:2] *= sample_scale(camera)[:, None] * [[1.0], [-1.0]]
         shape = (num_frames, camera.height, camera.width)
-        clip = _Clip(
+        clip = DrawnClip(
             spec,
             scene,
             [],
@@ -234,13 +180,13 @@ class EglRenderer:
             np.empty(shape, np.float32),
             np.empty(shape, np.uint8) if instances else None,
         )
-        clip.people += [_upload_person(device, clip, place) for place in range(len(spec.people))]
+        clip.people += [upload_person(device, clip, place) for place in range(len(spec.people))]
         projection = clip_from_view.T.astype("<f4").tobytes()
         for name in ("body", "shadow"):
             programs[name]["clip_from_view"].write(projection)
         return clip
 
-    def _render_moving(self, device: _Device, clip: _Clip) -> None:
+    def _render_moving(self, device: Device, clip: DrawnClip) -> None:
         targets = device.targets
         assert targets is not None
         num_frames, height, width = clip.depth.shape
@@ -251,19 +197,19 @@ class EglRenderer:
             targets.open_strip(width, len(frames) * height)
             for row, frame in enumerate(frames):
                 targets.begin(targets.work)
-                _draw_scene(clip, frame)
-                _draw_people(device, clip, frame)
+                draw_scene(clip, frame)
+                draw_people(device, clip, frame)
                 targets.resolve(targets.work, whole, row=row * height)
             chosen = slice(frames.start, frames.stop)
             ids = None if clip.instances is None else clip.instances[chosen]
             targets.read(clip.rgb[chosen], clip.depth[chosen], ids)
 
-    def _render_still(self, device: _Device, clip: _Clip) -> None:
+    def _render_still(self, device: Device, clip: DrawnClip) -> None:
         targets = device.targets
         assert targets is not None
         pose = clip.spec.trajectory.T_world_camera[0].tobytes()
         background = device.backgrounds.get(
-            (clip.scene.serial, clip.spec.camera, pose), lambda: _draw_background(targets, clip)
+            (clip.scene.serial, clip.spec.camera, pose), lambda: draw_background(targets, clip)
         )
         clip.rgb[:], clip.depth[:] = background.rgb, background.depth
         if clip.instances is not None:
@@ -272,10 +218,10 @@ class EglRenderer:
             self._render_people_over(device, targets, clip, background.tile)
 
     def _render_people_over(
-        self, device: _Device, targets: Targets, clip: _Clip, background: Any
+        self, device: Device, targets: Targets, clip: DrawnClip, background: Any
     ) -> None:
         """Redraws the rectangle around the people of every frame over the background."""
-        rectangles = _union([person.rectangles for person in clip.people])
+        rectangles = union_rectangles([person.rectangles for person in clip.people])
         tile_width = int((rectangles[:, 2] - rectangles[:, 0]).max())
         tile_height = int((rectangles[:, 3] - rectangles[:, 1]).max())
         if not tile_width:
@@ -286,127 +232,18 @@ class EglRenderer:
             targets.open_strip(tile_width, len(frames) * tile_height)
             for row, frame in enumerate(frames):
                 if rectangles[frame, 2]:
-                    rectangle = _rectangle(rectangles[frame])
+                    rectangle = as_rectangle(rectangles[frame])
                     targets.restore(background, rectangle)
-                    _draw_people(device, clip, frame)
+                    draw_people(device, clip, frame)
                     targets.resolve(targets.work, rectangle, row=row * tile_height)
             shape = (len(frames), tile_height, tile_width)
             rgb, depth = np.empty((*shape, 3), np.uint8), np.empty(shape, np.float32)
             ids = None if clip.instances is None else np.empty(shape, np.uint8)
             targets.read(rgb, depth, ids)
             for row, frame in enumerate(frames):
-                u0, v0, u1, v1 = _rectangle(rectangles[frame])
+                u0, v0, u1, v1 = as_rectangle(rectangles[frame])
                 inside = (row, slice(v1 - v0), slice(u1 - u0))
                 clip.rgb[frame, v0:v1, u0:u1] = rgb[inside]
                 clip.depth[frame, v0:v1, u0:u1] = depth[inside]
                 if clip.instances is not None and ids is not None:
                     clip.instances[frame, v0:v1, u0:u1] = ids[inside]
-
-
-def _open_device(index: int | None, cache_bytes: int, max_background_bytes: int) -> _Device:
-    egl = EglContext(index)
-    context = egl.wrap()
-    sources = {
-        "scene": shaders.SCENE,
-        "textured": shaders.TEXTURED_SCENE,
-        "body": shaders.BODY,
-        "shadow": shaders.SHADOW,
-        "resolve": shaders.RESOLVE,
-    }
-    programs = {
-        name: context.program(vertex_shader=vertex, fragment_shader=fragment)
-        for name, (vertex, fragment) in sources.items()
-    }
-    resolve_constants(programs["resolve"])
-    # Two-sided: rays that decide what is hidden hit both sides of a triangle, so must pixels. Only
-    # for closed solids do scene buffers turn culling on; images are drawn upside down, so turn.
-    context.enable_only(context.DEPTH_TEST)
-    context.front_face = "cw"
-    # The alpha channel carries instance ids: shadows leave it alone.
-    context.blend_func = (context.ZERO, context.ONE_MINUS_SRC_ALPHA, context.ZERO, context.ONE)
-    scenes: BufferCache[SceneBuffers] = BufferCache(cache_bytes)
-    bodies: BufferCache[BodyBuffers] = BufferCache(max(cache_bytes // 8, 1))
-    backgrounds = BackgroundCache(max_background_bytes)
-    return _Device(egl, context, programs, Owner(), scenes, bodies, backgrounds)
-
-
-def _draw_background(targets: Targets, clip: _Clip) -> Background:
-    _, height, width = clip.depth.shape
-    tile = targets.new_tile()
-    targets.open_strip(width, height)
-    targets.begin(tile)
-    _draw_scene(clip, 0)
-    targets.resolve(tile, (0, 0, width, height), row=0)
-    rgb, depth = np.empty((1, height, width, 3), np.uint8), np.empty((1, height, width), np.float32)
-    targets.read(rgb, depth, None)
-    return Background(tile, rgb[0], depth[0], release_framebuffer)
-
-
-def _upload_person(device: _Device, clip: _Clip, place: int) -> _Person:
-    person, spec = clip.spec.people[place], clip.spec
-    mesh = choose_mesh(person, spec)
-    body = device.bodies.get(
-        mesh, lambda: BodyBuffers(device.context, mesh, device.programs["body"])
-    )
-    # Into the camera frame in double precision: joints of the shader are small numbers.
-    joints = clip.view_from_world[:, None] @ person.joint_matrices
-    poses = np.zeros((len(joints), _POSE_STRIDE // 4), np.float32)
-    poses[:, : 66 * 4] = joints[:, :, :3].reshape(len(joints), -1)
-    discs = shadow_discs(spec.scene, person)
-    points = np.concatenate(
-        [body_corners(body.boxes, person.joint_matrices), discs[..., :3]], axis=1
-    )
-    disc_buffer = device.context.buffer(discs.tobytes())
-    return _Person(
-        body,
-        device.context.buffer(poses.tobytes()),
-        disc_buffer,
-        device.context.vertex_array(
-            device.programs["shadow"], [(disc_buffer, "3f4 3f4", "position", "disc")]
-        ),
-        screen_rectangles(points, spec.camera, spec.trajectory.T_world_camera),
-    )
-
-
-def _draw_scene(clip: _Clip, frame: int) -> None:
-    clip_from_world = clip.clip_from_view @ clip.view_from_world[frame]
-    clip.scene.draw(clip_from_world, clip.spec.trajectory.T_world_camera[frame, :3, 3])
-
-
-def _draw_people(device: _Device, clip: _Clip, frame: int) -> None:
-    """Shadows of all, then bodies: nobody's shadow falls on a body."""
-    context, body, shadow = device.context, device.programs["body"], device.programs["shadow"]
-    view = clip.view_from_world[frame]
-    visible = [(i, p) for i, p in enumerate(clip.people, start=1) if p.rectangles[frame, 2]]
-    if not visible:
-        return
-    shadow["view_from_world"].write(view.T.astype("<f4").tobytes())
-    context.enable(context.BLEND)
-    context.fbo.depth_mask = False
-    for _, person in visible:
-        person.shadows.render(
-            context.TRIANGLES, vertices=VERTICES_PER_PERSON, first=frame * VERTICES_PER_PERSON
-        )
-    context.fbo.depth_mask = True
-    context.disable(context.BLEND)
-    body["up_view"].value = tuple(view[:3, :3] @ UP)
-    body["key_view"].value = tuple(view[:3, :3] @ KEY)
-    for place, person in visible:
-        person.poses.bind_to_uniform_block(0, frame * _POSE_STRIDE, 66 * 16)
-        body["instance"].value = place / 255.0
-        person.body.draw()
-
-
-def _union(rectangles: list[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Rectangles around rectangles, frame by frame; all-zero ones are empty."""
-    stacked = np.stack(rectangles)
-    empty = stacked[..., 2] == 0
-    low = np.where(empty[..., None], np.iinfo(np.int64).max, stacked[..., :2]).min(axis=0)
-    union = np.concatenate([low, stacked[..., 2:].max(axis=0)], axis=1)
-    union[empty.all(axis=0)] = 0
-    return union
-
-
-def _rectangle(row: NDArray[np.int64]) -> Rectangle:
-    u0, v0, u1, v1 = (int(value) for value in row)
-    return u0, v0, u1, v1
