@@ -5,17 +5,20 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 from sklearn.ensemble import RandomForestClassifier
 
+from affectsim_data import AffectSimDataset, Clip
 from affectsim_data.builders.building import build_release
 from affectsim_data.builders.recipes import read_recipe
 from affectsim_data.episodes import Episode
 from affectsim_data.motions import EMOTIONS
 from affectsim_data.observations import head_camera_pose
 from affectsim_data.releases import Release, open_release
+from affectsim_data.render import RendererName
 from affectsim_data.schemas import CHALLENGES, FAMILIES, SPLITS
 from affectsim_data.visibility import body_samples, scene_caster, visible_share
 
@@ -177,6 +180,30 @@ def test_metadata_tell_nothing_of_the_emotion(episodes: list[Episode]) -> None:
         scores.append(forest.score([metadata(e) for e in rest], [e.label for e in rest]))
     # 70 episodes: two standard errors of a fair guess are 0.095.
     assert abs(float(np.mean(scores)) - 0.2) < 0.095
+
+
+@pytest.mark.egl
+@pytest.mark.parametrize("condition", ["p_init", "p_ref", "p_mon"])
+def test_both_renderers_agree_on_real_samples(mini: Release, condition: str) -> None:
+    """Depth within 5 mm on 99.5 % of common pixels, silhouettes with an IoU of at least 0.985."""
+    clip = Clip(num_frames=2, width=224, height=224)
+    fast, slow = (
+        AffectSimDataset(
+            mini, split="test", condition=condition, clip=clip, instances=True, renderer=name
+        )
+        for name in get_args(RendererName)
+    )
+    for index in range(0, len(fast), 9):
+        samples = fast[index], slow[index]
+        depth, reference = (sample["depth"].numpy() for sample in samples)
+        common = np.isfinite(depth) & np.isfinite(reference)
+        assert common.mean() > 0.99
+        assert (np.abs(depth - reference)[common] <= 0.005).mean() >= 0.995
+        person, again = (sample["instances"].numpy() == 1 for sample in samples)
+        union = (person | again).sum()
+        # A handful of pixels is all edge; whole bodies and parts of them must agree.
+        if union > 400:
+            assert (person & again).sum() / union >= 0.985
 
 
 @pytest.mark.slow

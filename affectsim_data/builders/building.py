@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import multiprocessing
 import os
+import signal
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -121,6 +122,8 @@ _task: Callable[[Any], Any] | None = None
 def _set_task(task: Callable[[Any], Any]) -> None:
     global _task
     _task = task
+    # Ctrl-C reaches the whole group; the parent alone answers it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _do_task(item: Any) -> Any:

@@ -56,7 +56,7 @@ class FolderStore:
 
     @property
     def _remedy(self) -> str:
-        return "build or fetch the release again"
+        return f"delete {self.root} and build or fetch the release again"
 
     def path(self, name: str) -> Path:
         """Local path of a file of the manifest, checked against it on first use."""
