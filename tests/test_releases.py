@@ -323,3 +323,19 @@ def test_reading_an_episode_costs_little(small: Release) -> None:
     for _ in range(20):
         small.episode("test", 0)
     assert (time.perf_counter() - start) / 20 < 0.02
+
+
+def test_open_releases_are_shared_while_in_use_and_reopened_when_changed(
+    small_release_path: Path, tmp_path: Path
+) -> None:
+    first = open_release(small_release_path)
+    assert open_release(small_release_path) is first
+    scene = first.asset_ids("scenes")[0]
+    assert open_release(small_release_path).scene(scene) is first.scene(scene)
+
+    write_release(tmp_path / "own")
+    old = open_release(tmp_path / "own")
+    write_release(tmp_path / "own", splits=("train",), overwrite=True)
+    new = open_release(tmp_path / "own")
+    assert new is not old
+    assert new.manifest.num_rows("episodes", "test") == 0

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import weakref
 from pathlib import Path
 
 from affectsim_data.releases.builtin import BUILTIN_RELEASES, builtin_release_path
 from affectsim_data.releases.release import Release
-from affectsim_data.releases.stores import open_store
+from affectsim_data.releases.stores import Store, open_store
 
 __all__ = ["open_release"]
+
+_open: weakref.WeakValueDictionary[tuple[str, str], Release] = weakref.WeakValueDictionary()
 
 
 def open_release(source: str | Path = "mini") -> Release:
@@ -22,10 +25,22 @@ def open_release(source: str | Path = "mini") -> Release:
         ValueError: A malformed address or manifest.
     """
     if source in BUILTIN_RELEASES and not Path(source).is_dir():
-        return Release(open_store(builtin_release_path(str(source))))
+        return _shared(open_store(builtin_release_path(str(source))))
     if not str(source).startswith("hf:") and not Path(source).expanduser().exists():
         raise FileNotFoundError(
             f"no release {str(source)!r}: expected a folder with a MANIFEST.json, "
             f"hf://datasets/ORG/NAME@REVISION, or one of: {', '.join(BUILTIN_RELEASES)}"
         )
-    return Release(open_store(source))
+    return _shared(open_store(source))
+
+
+def _shared(store: Store) -> Release:
+    """The release of this place and content that is already open, else a new one.
+
+    Datasets of several splits and conditions then read, hold and upload every scene once.
+    """
+    key = (store.uri, store.manifest.to_json())
+    release = _open.get(key)
+    if release is None:
+        release = _open[key] = Release(store)
+    return release

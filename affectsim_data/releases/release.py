@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -24,7 +24,7 @@ __all__ = ["Release"]
 
 _AssetTable = Literal["motions", "scenes", "avatars"]
 _Item = TypeVar("_Item")
-_MOTIONS_KEPT, _SCENES_KEPT, _AVATARS_KEPT = 256, 8, 32
+_MOTIONS_KEPT, _SCENES_KEPT, _AVATARS_KEPT, _GROUPS_KEPT = 256, 8, 32, 8
 
 
 class Release:
@@ -41,17 +41,25 @@ class Release:
         self._keep()
 
     def _keep(self) -> None:
-        self.motion = self._kept(_MOTIONS_KEPT, "motions", _read_motion)
-        self.scene = self._kept(_SCENES_KEPT, "scenes", _read_scene)
-        self.navmesh = self._kept(_SCENES_KEPT, "scenes", _read_navmesh)
-        self.avatar = self._kept(_AVATARS_KEPT, "avatars", _read_avatar)
+        everything = SCHEMAS["motions"].names
+        self.motion = self._kept(_MOTIONS_KEPT, "motions", everything, _read_motion)
+        self.scene = self._kept(_SCENES_KEPT, "scenes", ["glb"], _read_scene)
+        self.navmesh = self._kept(_SCENES_KEPT, "scenes", ["navmesh"], _read_navmesh)
+        self.avatar = self._kept(_AVATARS_KEPT, "avatars", ["glb"], _read_avatar)
+        # Neighbours in a group of motions are asked for soon; groups of the rest hold one row.
+        self._motion_group = functools.lru_cache(maxsize=_GROUPS_KEPT)(self._read_group)
 
     def _kept(
-        self, size: int, table: _AssetTable, read: Callable[[dict[str, Any], str], _Item]
+        self,
+        size: int,
+        table: _AssetTable,
+        columns: Sequence[str],
+        read: Callable[[dict[str, Any], str], _Item],
     ) -> Callable[[str], _Item]:
         @functools.lru_cache(maxsize=size)
         def get(asset_id: str) -> _Item:
-            return read(self._asset_row(table, asset_id), f"{self.uri}: {table} {asset_id!r}")
+            row = self._asset_row(table, asset_id, tuple(columns))
+            return read(row, f"{self.uri}: {table} {asset_id!r}")
 
         return get
 
@@ -144,14 +152,22 @@ class Release:
             self._indices[table] = index
         return self._indices[table]
 
-    def _asset_row(self, table: _AssetTable, asset_id: str) -> dict[str, Any]:
+    def _asset_row(
+        self, table: _AssetTable, asset_id: str, columns: tuple[str, ...]
+    ) -> dict[str, Any]:
         try:
             name, group, row = self._index(table)[asset_id]
         except KeyError:
             raise KeyError(f"{self.uri}: {table} has no {asset_id!r}") from None
-        with _open_parquet(self._store.path(name), table, name) as file:
-            rows: list[dict[str, Any]] = file.read_row_group(group).slice(row, 1).to_pylist()
+        read = self._motion_group if table == "motions" else self._read_group
+        rows: list[dict[str, Any]] = read(table, name, group, columns).slice(row, 1).to_pylist()
         return rows[0]
+
+    def _read_group(
+        self, table: _AssetTable, name: str, group: int, columns: tuple[str, ...]
+    ) -> pa.Table:
+        with _open_parquet(self._store.path(name), table, name) as file:
+            return file.read_row_group(group, columns=list(columns))
 
 
 def _open_parquet(path: Path, table: TableName, name: str) -> pq.ParquetFile:
