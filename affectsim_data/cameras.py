@@ -46,7 +46,12 @@ class Camera:
 
     @property
     def intrinsics(self) -> FloatArray:
-        """Pinhole matrix K in pixels, `(3, 3)`, for a camera that looks along +Z (OpenCV)."""
+        """Pinhole matrix K in pixels, `(3, 3)`, for a camera that looks along +Z (OpenCV).
+
+        Examples:
+            >>> Camera(width=200, height=100, hfov=math.pi / 2).intrinsics.round(6).tolist()
+            [[100.0, 0.0, 100.0], [0.0, 100.0, 50.0], [0.0, 0.0, 1.0]]
+        """
         focal = self.width / (2.0 * math.tan(self.hfov / 2.0))
         return np.array(
             [[focal, 0.0, self.width / 2.0], [0.0, focal, self.height / 2.0], [0.0, 0.0, 1.0]]

@@ -56,7 +56,12 @@ def quaternion_conjugate(rotation: ArrayLike) -> FloatArray:
 
 
 def standard_quaternion(rotation: ArrayLike) -> FloatArray:
-    """The same rotation as a unit quaternion with `w >= 0`, `(..., 4)`."""
+    """The same rotation as a unit quaternion with `w >= 0`, `(..., 4)`.
+
+    Examples:
+        >>> standard_quaternion([-2.0, 0.0, 0.0, 2.0]).round(6).tolist()
+        [0.707107, -0.0, -0.0, -0.707107]
+    """
     q = np.asarray(rotation, np.float64)
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
     standard: FloatArray = np.where(q[..., :1] < 0.0, -q, q)
@@ -89,7 +94,12 @@ def axis_angle_quaternion(axis: ArrayLike, angle: ArrayLike) -> FloatArray:
 
 
 def yaw_quaternion(yaw: ArrayLike) -> FloatArray:
-    """Turn by `yaw` radians about +Y, `(..., 4)`."""
+    """Turn by `yaw` radians about +Y, `(..., 4)`.
+
+    Examples:
+        >>> quaternion_rotate(yaw_quaternion(np.pi / 2), [0.0, 0.0, 1.0]).round(6).tolist()
+        [1.0, 0.0, 0.0]
+    """
     return axis_angle_quaternion(UP, yaw)
 
 
