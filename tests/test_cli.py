@@ -54,7 +54,11 @@ def test_killed_build_can_be_run_again(tmp_path: Path) -> None:
     out = tmp_path / "mini"
     command = [sys.executable, "-m", "affectsim_data", "build", "mini", "--out", str(out)]
     process = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
-    time.sleep(5.0)
+    deadline = time.monotonic() + 100.0
+    while not (tmp_path / ".mini.partial").is_dir():
+        assert time.monotonic() < deadline, "the build did not begin"
+        time.sleep(0.05)
+    time.sleep(1.0)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     assert not out.exists()
