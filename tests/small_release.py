@@ -31,7 +31,7 @@ from affectsim_data.motions import EMOTIONS, Emotion, Motion
 from affectsim_data.navmesh import NavMesh
 from affectsim_data.poses import FloatArray, axis_angle_quaternion, yaw_quaternion
 from affectsim_data.scenes import Door, Room, Scene, Seat, Surface
-from affectsim_data.schemas import SPLITS, Split, array_columns
+from affectsim_data.schemas import SPLITS, Split
 from affectsim_data.skeletons import BODY, JOINT_NAMES, JOINT_PARENTS, Skeleton
 
 CAMERA = Camera(width=224, height=224, hfov=math.radians(60.0))
@@ -314,53 +314,17 @@ def small_episodes() -> list[Episode]:
     return episodes
 
 
-def motion_row(motion: Motion) -> dict[str, Any]:
-    """The row of the motions table."""
-    names = ("motion_id", "performer_id", "group_id", "emotion", "action", "fps", "num_frames")
-    row = {name: getattr(motion, name) for name in (*names, "duration_s", "source", "licence")}
-    for name in ("root_translation", "joint_rotations"):
-        row |= array_columns(name, getattr(motion, name).astype("<f4"))
-    return row
-
-
-def scene_row(scene: Scene) -> dict[str, Any]:
-    """The row of the scenes table."""
-    navmesh = small_navmeshes()[scene.scene_id].to_bytes()
-    return {
-        "scene_id": scene.scene_id,
-        "glb": scene.to_glb(),
-        "num_triangles": scene.num_triangles,
-        "rooms": [room.purpose for room in scene.rooms],
-        "num_seats": len(scene.seats),
-        "num_doors": len(scene.doors),
-        "area_m2": small_navmeshes()[scene.scene_id].area_m2,
-        "navmesh": navmesh,
-        "navmesh_sha256": hashlib.sha256(navmesh).hexdigest(),
-        "mesh_sha256": scene.mesh_sha256(),
-        "agent_radius_m": 0.3,
-        "source": scene.source,
-        "licence": scene.licence,
-    }
-
-
-def avatar_row(avatar: Avatar) -> dict[str, Any]:
-    """The row of the avatars table."""
-    return {
-        "avatar_id": avatar.avatar_id,
-        "glb": avatar.to_glb(),
-        "height_m": float(np.ptp(avatar.meshes[0].positions[:, 1])),
-        "num_triangles": len(avatar.meshes[0].faces),
-        "source": avatar.source,
-        "licence": avatar.licence,
-    }
-
-
 def small_rows() -> dict[str, list[dict[str, Any]]]:
     """The rows of all tables, by table."""
+    from affectsim_data.releases.rows import avatar_row, motion_row, scene_row
+
     return {
         "episodes": [episode.to_row() for episode in small_episodes()],
         "motions": [motion_row(motion) for motion in small_motions().values()],
-        "scenes": [scene_row(scene) for scene in small_scenes().values()],
+        "scenes": [
+            scene_row(scene, small_navmeshes()[scene_id])
+            for scene_id, scene in small_scenes().items()
+        ],
         "avatars": [avatar_row(avatar) for avatar in small_avatars().values()],
     }
 

@@ -18,7 +18,6 @@ from small_release import (
     CAMERA,
     LICENCE,
     ROBOT,
-    avatar_row,
     limb_avatar,
     small_avatars,
     small_episodes,
@@ -31,6 +30,7 @@ from small_release import (
 
 from affectsim_data.releases import Release, ReleaseWriter, builtin, open_release
 from affectsim_data.releases import writing as writing_module
+from affectsim_data.releases.rows import avatar_row
 
 
 def tree(folder: Path) -> dict[str, bytes]:

@@ -31,7 +31,8 @@ from affectsim_data.builders.recipes import Recipe, read_recipe
 from affectsim_data.episodes import Episode
 from affectsim_data.motions import Motion
 from affectsim_data.releases import Manifest, ReleaseWriter
-from affectsim_data.schemas import SPLITS, array_columns
+from affectsim_data.releases.rows import avatar_row, motion_row, scene_row
+from affectsim_data.schemas import SPLITS
 
 __all__ = ["BuildReport", "build_release"]
 
@@ -184,45 +185,6 @@ def _write_tables(
     repeated = [key for key, n in Counter(motion.motion_id for motion in motions).items() if n > 1]
     if repeated:
         raise ValueError(f"motion ids repeat: {', '.join(sorted(repeated)[:10])}")
-    writer.add_table("motions", [_motion_row(motion) for motion in motions])
-    writer.add_table("scenes", [_scene_row(stage) for stage in stages])
-    writer.add_table("avatars", [_avatar_row(avatar) for avatar in avatars])
-
-
-def _motion_row(motion: Motion) -> dict[str, Any]:
-    names = ("motion_id", "performer_id", "group_id", "emotion", "action", "fps", "num_frames")
-    row = {name: getattr(motion, name) for name in (*names, "duration_s", "source", "licence")}
-    row |= array_columns("root_translation", motion.root_translation.astype("<f4"))
-    row |= array_columns("joint_rotations", motion.joint_rotations.astype("<f4"))
-    return row
-
-
-def _scene_row(stage: Stage) -> dict[str, Any]:
-    scene, navmesh = stage.scene, stage.navmesh
-    return {
-        "scene_id": scene.scene_id,
-        "glb": scene.to_glb(),
-        "num_triangles": scene.num_triangles,
-        "rooms": [room.purpose for room in scene.rooms],
-        "num_seats": len(scene.seats),
-        "num_doors": len(scene.doors),
-        "area_m2": navmesh.area_m2,
-        "navmesh": navmesh.to_bytes(),
-        "navmesh_sha256": stage.navmesh_sha256,
-        "mesh_sha256": scene.mesh_sha256(),
-        "agent_radius_m": navmesh.settings.agent_radius,
-        "source": scene.source,
-        "licence": scene.licence,
-    }
-
-
-def _avatar_row(avatar: Avatar) -> dict[str, Any]:
-    mesh = avatar.mesh()
-    return {
-        "avatar_id": avatar.avatar_id,
-        "glb": avatar.to_glb(),
-        "height_m": float(np.ptp(mesh.positions[:, 1])),
-        "num_triangles": len(mesh.faces),
-        "source": avatar.source,
-        "licence": avatar.licence,
-    }
+    writer.add_table("motions", [motion_row(motion) for motion in motions])
+    writer.add_table("scenes", [scene_row(stage.scene, stage.navmesh) for stage in stages])
+    writer.add_table("avatars", [avatar_row(avatar) for avatar in avatars])

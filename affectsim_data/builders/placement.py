@@ -7,7 +7,6 @@ holds for every one of them, so that nothing but the motion depends on the emoti
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import math
 
 import numpy as np
@@ -20,6 +19,7 @@ from affectsim_data.navmesh import NavMesh
 from affectsim_data.observations import head_camera_pose
 from affectsim_data.observations.bodies import body_path
 from affectsim_data.poses import FloatArray, compose_pose, transform_points, yaw_quaternion
+from affectsim_data.releases.rows import navmesh_sha256
 from affectsim_data.scenes import Scene
 from affectsim_data.schemas import Challenge
 from affectsim_data.visibility import RayCaster, scene_caster
@@ -53,8 +53,7 @@ class Stage:
         """Casts and monitors of a scene."""
         caster = scene_caster(scene)
         monitors = {room.room_id: plan_monitor(room, recipe.camera, caster) for room in scene.rooms}
-        digest = hashlib.sha256(navmesh.to_bytes()).hexdigest()
-        return cls(scene, navmesh, caster, monitors, digest)
+        return cls(scene, navmesh, caster, monitors, navmesh_sha256(navmesh))
 
 
 @dataclasses.dataclass(frozen=True)

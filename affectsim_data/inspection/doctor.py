@@ -54,6 +54,9 @@ def _examine_gl(device: int | None) -> tuple[list[str], bool]:
         f"  {'device':16} {info.renderer} ({kind})",
         f"  {'vendor':16} {info.vendor}",
         f"  {'OpenGL':16} {info.version}",
+        f"  {'EGL':16} {info.egl_version}, {info.egl_vendor}; device {info.device} of "
+        f"{info.num_devices}",
+        f"  {'largest texture':16} {info.max_texture_size} pixels",
     ]
     drawn = image.reshape(-1, image.shape[-1]).max(axis=0).max() > 0
     lines.append(

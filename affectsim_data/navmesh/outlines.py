@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from affectsim_data.navmesh.rasterize import BoolArray, IntArray
 from affectsim_data.poses import FloatArray
@@ -15,8 +14,6 @@ __all__ = ["cell_outlines", "simplify_rings"]
 PINCH_CELLS = 0.02
 # Directions of border edges, counter-clockwise: +x, +z, -x, -z.
 STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
-
-Rings = list[NDArray[np.float32]]
 
 
 def cell_outlines(mask: BoolArray) -> list[FloatArray]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from affectsim_data.cameras import CameraTrajectory
 from affectsim_data.episodes import Episode, ReferenceView, World
-from affectsim_data.observations.bodies import body_path
+from affectsim_data.observations.bodies import BodyPath, body_path
 from affectsim_data.observations.orbit import MARGIN_M, free_distance, relative_camera
 from affectsim_data.poses import (
     FloatArray,
@@ -108,7 +108,7 @@ def plan_reference(
     total = sum(getattr(options, f"weight_{name}") * part for name, part in parts.items())
     best = int(np.argmax(np.round(total, 9)))
 
-    knots = _follow(options, world, caster, candidates, best, floor_y)
+    knots = _follow(path, caster, candidates, best, floor_y)
     view = ReferenceView(
         azimuth=float(candidates.azimuth[best]),
         distance_m=float(candidates.distance_m[best]),
@@ -186,15 +186,9 @@ def _clearance(options: ReferenceSearch, eyes: FloatArray, caster: RayCaster) ->
 
 
 def _follow(
-    options: ReferenceSearch,
-    world: World,
-    caster: RayCaster,
-    candidates: _Candidates,
-    best: int,
-    floor_y: float,
+    path: BodyPath, caster: RayCaster, candidates: _Candidates, best: int, floor_y: float
 ) -> FloatArray:
     """Knots `(n, 7)` of the winner over the whole cycle, kept out of walls."""
-    path = body_path(world.target)
     count = max(4, round(path.duration_s * _KNOT_FPS))
     center, heading = path.at(np.arange(count) * path.duration_s / count)
     azimuth, height = candidates.azimuth[best], candidates.height_m[best]

@@ -7,18 +7,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from affectsim_data.avatars import Avatar
 from affectsim_data.episodes import Episode, Participant, Person, World
-from affectsim_data.motions import Motion
 from affectsim_data.navmesh import NavMesh
 from affectsim_data.releases.manifest import Manifest
+from affectsim_data.releases.rows import read_motion
 from affectsim_data.releases.stores import Store
 from affectsim_data.scenes import Scene
-from affectsim_data.schemas import SCHEMAS, SPLITS, TableName, check_table, read_array
+from affectsim_data.schemas import SCHEMAS, SPLITS, TableName, check_table
 
 __all__ = ["Release"]
 
@@ -42,7 +41,7 @@ class Release:
 
     def _keep(self) -> None:
         everything = SCHEMAS["motions"].names
-        self.motion = self._kept(_MOTIONS_KEPT, "motions", everything, _read_motion)
+        self.motion = self._kept(_MOTIONS_KEPT, "motions", everything, read_motion)
         self.scene = self._kept(_SCENES_KEPT, "scenes", ["glb"], _read_scene)
         self.navmesh = self._kept(_SCENES_KEPT, "scenes", ["navmesh"], _read_navmesh)
         self.avatar = self._kept(_AVATARS_KEPT, "avatars", ["glb"], _read_avatar)
@@ -182,15 +181,6 @@ def _open_parquet(path: Path, table: TableName, name: str) -> pq.ParquetFile:
 def _read_table(path: Path, table: TableName, name: str) -> pa.Table:
     with _open_parquet(path, table, name) as file:
         return file.read(columns=SCHEMAS[table].names)
-
-
-def _read_motion(row: dict[str, Any], where: str) -> Motion:
-    arrays: dict[str, Any] = {
-        name: read_array(row, name, where=where).astype(np.float64)
-        for name in ("root_translation", "joint_rotations")
-    }
-    names = ("motion_id", "performer_id", "group_id", "emotion", "action", "fps", "source")
-    return Motion(**{name: row[name] for name in names}, licence=row["licence"], **arrays)
 
 
 def _read_scene(row: dict[str, Any], where: str) -> Scene:
