@@ -48,7 +48,7 @@ def _counts(release: Release, splits: Sequence[Split]) -> str:
         "|---|---|" + "---|" * len(EMOTIONS),
     ]
     for split in splits:
-        emotions = release.episode_table(split).column("emotion").to_pylist()
+        emotions = release.episode_index(split).column("emotion").to_pylist()
         cells = " | ".join(str(emotions.count(emotion)) for emotion in EMOTIONS)
         lines.append(f"| {split} | {len(emotions)} | {cells} |")
     return "\n".join(lines)

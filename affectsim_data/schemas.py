@@ -17,9 +17,11 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 __all__ = [
+    "ASSET_TABLES",
     "SCHEMAS",
     "SCHEMA_VERSION",
     "SPLITS",
+    "AssetTable",
     "Challenge",
     "Family",
     "Split",
@@ -39,7 +41,11 @@ Family = Literal["action_grounded", "observation_controlled", "dyadic"]
 FAMILIES: tuple[Family, ...] = get_args(Family)
 Challenge = Literal["far_visible", "rear_view", "partial_occlusion", "obstacle_detour"]
 CHALLENGES: tuple[Challenge, ...] = get_args(Challenge)
-TableName = Literal["episodes", "motions", "scenes", "avatars", "predictions", "trajectories"]
+TableName = Literal[
+    "episodes", "index", "motions", "scenes", "avatars", "predictions", "trajectories"
+]
+AssetTable = Literal["motions", "scenes", "avatars"]
+ASSET_TABLES: tuple[AssetTable, ...] = get_args(AssetTable)
 
 _TYPES: dict[str, pa.DataType] = {
     "string": pa.string(),
@@ -156,6 +162,13 @@ _EPISODES = [
     _Column("schema_version", "string", "Version of this contract"),
 ]
 
+_INDEX = (
+    *("episode_id", "split", "group_id", "family", "challenge", "action", "emotion"),
+    *("scene_id", "motion_id", "performer_id", "avatar_id", "target"),
+    *("partner_motion_id", "partner_performer_id", "partner_avatar_id"),
+)
+"""Columns of the episodes that say what an episode is and which files it needs."""
+
 _MOTIONS = [
     _Column("motion_id", "string", "Unique in the release"),
     _Column("performer_id", "string", "Who performed"),
@@ -225,6 +238,7 @@ _TRAJECTORIES = [
 
 SCHEMAS: dict[TableName, pa.Schema] = {
     "episodes": pa.schema([column.field() for column in _EPISODES]),
+    "index": pa.schema([column.field() for column in _EPISODES if column.name in _INDEX]),
     "motions": pa.schema([column.field() for column in _MOTIONS]),
     "scenes": pa.schema([column.field() for column in _SCENES]),
     "avatars": pa.schema([column.field() for column in _AVATARS]),

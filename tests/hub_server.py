@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, cast
 from urllib.parse import unquote
 
-__all__ = ["COMMIT", "REPO_ID", "Hub", "serve_hub"]
+__all__ = ["COMMIT", "REPO_ID", "Hub", "HubHandler", "serve_hub"]
 
 REPO_ID = "affectsim/small"
 COMMIT = "0123456789abcdef0123456789abcdef01234567"
@@ -29,8 +29,8 @@ class Hub(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, root: Path) -> None:
-        super().__init__(("127.0.0.1", 0), _Handler)
+    def __init__(self, root: Path, handler: type[BaseHTTPRequestHandler] | None = None) -> None:
+        super().__init__(("127.0.0.1", 0), handler or HubHandler)
         self.root = root
         self.revisions: dict[str, str] = {"main": COMMIT, "v1": COMMIT, "v0": _OLD_COMMIT}
         """Commit by branch, tag or commit."""
@@ -74,7 +74,7 @@ class Hub(ThreadingHTTPServer):
         return file.read_bytes() if file.is_file() else None
 
 
-class _Handler(BaseHTTPRequestHandler):
+class HubHandler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
     def log_message(self, format: str, *args: Any) -> None:

@@ -21,7 +21,8 @@ from affectsim_data.releases import MANIFEST_NAME
 from affectsim_data.releases.stores import open_store
 
 ADDRESS = f"hf://datasets/{REPO_ID}"
-MOTIONS = "motions/motions-00000-of-00001.parquet"
+MOTIONS = "motions/motions-00004-of-00007.parquet"
+TEST_INDEX = "index/test-00000-of-00001.parquet"
 TEST_EPISODES = "episodes/test-00000-of-00001.parquet"
 
 _CLIENT = """
@@ -102,7 +103,7 @@ def test_only_what_is_needed_is_fetched(hub: Hub, tmp_path: Path, small_release_
     cache = tmp_path / "cache"
     answer = ask(hub, cache, "episodes")
     assert answer["episodes"] == ["small/4", "small/5"]
-    assert hub.fetched() == [MANIFEST_NAME, TEST_EPISODES]
+    assert hub.fetched() == [MANIFEST_NAME, TEST_INDEX, TEST_EPISODES]
     hub.requests.clear()
     ask(hub, cache, "episodes", "motion")
     assert hub.fetched() == [MOTIONS], "what is in the cache is not fetched again"

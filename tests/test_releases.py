@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from small_release import (
     CAMERA,
@@ -92,14 +91,39 @@ def test_the_manifest_counts_rows(small: Release) -> None:
     assert small.manifest.licences == (LICENCE,)
 
 
-def test_big_rows_lie_in_small_row_groups(small_release_path: Path) -> None:
-    groups = {
-        name: pq.ParquetFile(small_release_path / name).metadata.row_group(0).num_rows
-        for name in tree(small_release_path)
-        if name.startswith(("scenes/", "avatars/"))
-    }
-    assert len(groups) == 2
-    assert set(groups.values()) == {1}
+def test_every_asset_has_a_file_of_its_own_and_the_manifest_says_which(small: Release) -> None:
+    for table, ids in (("motions", small_motions()), ("scenes", small_scenes())):
+        keys = [small.manifest.files[name].keys for name in small.manifest.table_files(table)]
+        assert keys == [(asset_id,) for asset_id in ids]
+
+
+def test_episodes_come_in_shards_and_their_index_in_one_piece(tmp_path: Path) -> None:
+    rows = small_rows()
+    many = [{**rows["episodes"][i % 2], "episode_id": f"e{i}"} for i in range(600)]
+    write_release(tmp_path / "r", rows={**rows, "episodes": many})
+    release = open_release(tmp_path / "r")
+    names = release.manifest.table_files("episodes", "train")
+    assert [release.manifest.files[name].rows for name in names] == [256, 256, 88]
+    for place in (0, 255, 256, 511, 599):
+        assert release.episode("train", place).episode_id == f"e{place}"
+    assert release.find_episode("e300").episode_id == "e300"
+    assert len(release.manifest.table_files("index", "train")) == 1
+    index = release.episode_index("train").to_pydict()
+    table = release.episode_table("train").select(list(index)).to_pydict()
+    assert index == table
+
+
+def test_the_files_of_episodes_are_those_that_drawing_reads(small: Release) -> None:
+    split, place = "test", 1  # the dyad
+    episode = small.episode(split, place)
+    files = small.episode_files(split, [place])
+    keys = [key for name in files for key in small.manifest.files[name].keys]
+    expected = {episode.scene_id}
+    expected |= {p.motion_id for p in episode.participants}
+    expected |= {p.avatar_id for p in episode.participants}
+    assert sorted(keys) == sorted(expected)
+    assert files[0] == "episodes/test-00000-of-00001.parquet"
+    assert len(files) == 1 + len(expected)
 
 
 # The same rows, the same bytes.
@@ -114,16 +138,29 @@ def test_a_second_writing_gives_the_same_bytes(small_release_path: Path, tmp_pat
     assert tree(again) == tree(small_release_path)
 
 
-def test_tables_split_into_shards_by_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = small_rows()
-    size = len(rows["motions"][0]["joint_rotations"])
-    monkeypatch.setattr(writing_module, "MAX_SHARD_BYTES", int(2.5 * size))
-    write_release(tmp_path / "r", rows=rows)
+def test_assets_share_files_where_there_are_very_many(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(writing_module, "_MAX_ASSET_SHARDS", 4)
+    write_release(tmp_path / "r")
     release = open_release(tmp_path / "r")
     names = release.manifest.table_files("motions")
     assert names == [f"motions/motions-{i:05d}-of-00004.parquet" for i in range(4)]
     assert [release.manifest.files[name].rows for name in names] == [2, 2, 2, 1]
     assert release.asset_ids("motions") == list(small_motions())
+    for motion_id, motion in small_motions().items():
+        assert release.motion(motion_id).action == motion.action
+
+
+def test_tables_split_into_shards_by_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = small_rows()
+    size = len(rows["motions"][0]["joint_rotations"])
+    monkeypatch.setattr(writing_module, "_MAX_ASSET_SHARDS", 1)
+    monkeypatch.setattr(writing_module, "MAX_SHARD_BYTES", int(2.5 * size))
+    write_release(tmp_path / "r", rows=rows)
+    release = open_release(tmp_path / "r")
+    names = release.manifest.table_files("motions")
+    assert [release.manifest.files[name].rows for name in names] == [2, 2, 2, 1]
     assert release.motion("circle_angry").action == "simple_walk"
 
 

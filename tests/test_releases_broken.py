@@ -18,7 +18,7 @@ from affectsim_data.releases import MANIFEST_NAME, Release, open_release
 from affectsim_data.releases.manifest import sha256_of
 from affectsim_data.schemas import array_columns
 
-MOTIONS = "motions/motions-00000-of-00001.parquet"
+MOTIONS = "motions/motions-00004-of-00007.parquet"
 TEST_EPISODES = "episodes/test-00000-of-00001.parquet"
 
 
@@ -51,7 +51,7 @@ def test_missing_files_are_listed(release_copy: Path) -> None:
     (release_copy / TEST_EPISODES).unlink()
     with pytest.raises(FileNotFoundError) as caught:
         open_release(release_copy)
-    assert f"2 of 6 files of its manifest are missing: {TEST_EPISODES}, {MOTIONS};" in str(
+    assert f"2 of 17 files of its manifest are missing: {TEST_EPISODES}, {MOTIONS};" in str(
         caught.value
     )
 

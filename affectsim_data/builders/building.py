@@ -151,14 +151,19 @@ def _run(
 
 
 def _number(episodes: list[Episode], recipe: Recipe) -> list[Episode]:
-    """Shuffles within each split and names episodes by place, so that no name tells an emotion."""
+    """Orders and names the episodes of each split: scene by scene, shuffled within a scene.
+
+    Scene by scene, so that reading a split in order, or a part of it, needs few scenes at a time;
+    shuffled, so that no name tells an emotion.
+    """
     rng = np.random.default_rng([recipe.seed, 3])
     numbered = []
     for split in SPLITS:
         members = [episode for episode in episodes if episode.split == split]
-        for place, index in enumerate(rng.permutation(len(members))):
+        shuffled = [members[index] for index in rng.permutation(len(members))]
+        for place, episode in enumerate(sorted(shuffled, key=lambda one: one.scene_id)):
             episode_id = f"{recipe.name}/{split}-{place:05d}"
-            numbered.append(dataclasses.replace(members[index], episode_id=episode_id))
+            numbered.append(dataclasses.replace(episode, episode_id=episode_id))
     return numbered
 
 

@@ -29,7 +29,7 @@ def representative_episodes(release: Release) -> list[Episode]:
     groups: dict[tuple[str, str], dict[tuple[Split, str], int]] = {}
     for split in splits:
         columns = ["family", "challenge", "action", "emotion"]
-        for index, row in enumerate(release.episode_table(split).select(columns).to_pylist()):
+        for index, row in enumerate(release.episode_index(split).select(columns).to_pylist()):
             key = (row["family"], row["challenge"] or row["action"])
             groups.setdefault(key, {}).setdefault((split, row["emotion"]), index)
     chosen = []

@@ -59,7 +59,7 @@ class AffectSimDataset(Dataset[Any]):
         self.clip = resolve_clip(clip)
         self.release = release if isinstance(release, Release) else open_release(release)
         self.split = split
-        self._num_episodes = int(self.release.episode_table(split).num_rows)
+        self._num_episodes = int(self.release.episode_index(split).num_rows)
         self._transform = transform
         self._instances = instances
         self._renderer = renderer

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -12,9 +13,9 @@ from typing import Any
 from affectsim_data.cameras import Camera
 from affectsim_data.episodes import Robot
 from affectsim_data.errors import IntegrityError
-from affectsim_data.schemas import SCHEMA_VERSION
+from affectsim_data.schemas import SCHEMA_VERSION, AssetTable
 
-__all__ = ["MANIFEST_NAME", "FileEntry", "Manifest", "sha256_of", "verify_file"]
+__all__ = ["MANIFEST_NAME", "FileEntry", "Manifest", "read_verified", "sha256_of"]
 
 MANIFEST_NAME = "MANIFEST.json"
 FORMAT = "affectsim-release"
@@ -31,6 +32,13 @@ class FileEntry:
     """Hash of its contents, hexadecimal."""
     rows: int
     """Rows of its table."""
+    keys: tuple[str, ...] = ()
+    """Identifiers of the rows, in order, where rows are motions, scenes or avatars."""
+
+    def to_json(self) -> dict[str, Any]:
+        """The entry as it stands in the manifest."""
+        document = dataclasses.asdict(self)
+        return document if self.keys else {k: v for k, v in document.items() if k != "keys"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,6 +69,27 @@ class Manifest:
         prefix = f"{table}/{split}-" if split else f"{table}/"
         return [path for path in self.files if path.startswith(prefix)]
 
+    def asset_places(self, table: AssetTable) -> dict[str, tuple[str, int]]:
+        """File and row inside it of every motion, scene or avatar, by identifier, in order.
+
+        Raises:
+            ValueError: An identifier stands in the manifest twice, or a file does not name its
+                rows.
+        """
+        places: dict[str, tuple[str, int]] = {}
+        for path in self.table_files(table):
+            entry = self.files[path]
+            if len(entry.keys) != entry.rows:
+                raise ValueError(
+                    f"{path}: the manifest names {len(entry.keys)} of its {entry.rows} rows; "
+                    "build the release again"
+                )
+            for row, key in enumerate(entry.keys):
+                if key in places:
+                    raise ValueError(f"{table} {key!r} is in {places[key][0]} and in {path}")
+                places[key] = (path, row)
+        return places
+
     def num_rows(self, table: str, split: str = "") -> int:
         """Rows of a table, or of one split of the episodes."""
         return sum(self.files[path].rows for path in self.table_files(table, split))
@@ -77,7 +106,7 @@ class Manifest:
             "camera": self.camera.to_json(),
             "robot": dataclasses.asdict(self.robot),
             "licences": list(self.licences),
-            "files": {path: dataclasses.asdict(self.files[path]) for path in sorted(self.files)},
+            "files": {path: self.files[path].to_json() for path in sorted(self.files)},
         }
         return json.dumps(document, indent=2) + "\n"
 
@@ -116,7 +145,10 @@ class Manifest:
             parts = PurePosixPath(path).parts
             if not parts or path.startswith("/") or ".." in parts or "\\" in path:
                 raise ValueError(f"path {path!r} leads out of the release")
-            files[path] = FileEntry(int(entry["bytes"]), str(entry["sha256"]), int(entry["rows"]))
+            keys = tuple(str(key) for key in entry.get("keys", ()))
+            files[path] = FileEntry(
+                int(entry["bytes"]), str(entry["sha256"]), int(entry["rows"]), keys
+            )
         return cls(
             name=str(document["name"]),
             recipe=str(document["recipe"]),
@@ -136,26 +168,29 @@ def sha256_of(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def verify_file(path: Path, name: str, entry: FileEntry, *, remedy: str) -> None:
-    """Raises unless a file is what the manifest promises.
+def read_verified(path: Path, name: str, entry: FileEntry, *, remedy: str) -> bytes:
+    """The contents of a file, which are what the manifest promises.
 
     Args:
         path: The file on disk.
-        name: What the manifest calls it.
+        name: What errors call it.
         entry: The promise.
         remedy: What the user can do, for the message.
 
     Raises:
         IntegrityError: Other size or other hash.
     """
-    size = path.stat().st_size
-    if size != entry.bytes:
-        kind = "truncated: " if size < entry.bytes else ""
-        raise IntegrityError(
-            name, expected=f"{entry.bytes} bytes", got=f"{kind}{size} bytes", remedy=remedy
-        )
-    digest = sha256_of(path)
+    with path.open("rb") as stream:
+        size = os.fstat(stream.fileno()).st_size
+        if size != entry.bytes:
+            kind = "truncated: " if size < entry.bytes else ""
+            raise IntegrityError(
+                name, expected=f"{entry.bytes} bytes", got=f"{kind}{size} bytes", remedy=remedy
+            )
+        payload = stream.read(entry.bytes)
+    digest = hashlib.sha256(payload).hexdigest()
     if digest != entry.sha256:
         raise IntegrityError(
             name, expected=f"SHA-256 {entry.sha256}", got=f"SHA-256 {digest}", remedy=remedy
         )
+    return payload

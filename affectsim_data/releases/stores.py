@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Protocol
 
 from affectsim_data.errors import IntegrityError
-from affectsim_data.releases.manifest import MANIFEST_NAME, Manifest, verify_file
+from affectsim_data.releases.manifest import MANIFEST_NAME, Manifest, read_verified
 
 __all__ = ["FolderStore", "HubStore", "Store", "open_store"]
 
@@ -16,14 +17,22 @@ _HUB_URI = re.compile(r"hf://datasets/([\w.-]+/[\w.-]+)(?:@([\w./-]+))?/?")
 
 
 class Store(Protocol):
-    """Gives verified local paths of a release's files."""
+    """Gives the contents of a release's files, checked against its manifest."""
 
     manifest: Manifest
     uri: str
     """What the release is called in samples, errors and checkpoints."""
 
-    def path(self, name: str) -> Path:
-        """Local path of a file of the manifest, checked against it on first use."""
+    def read(self, name: str) -> bytes:
+        """Contents of a file of the manifest.
+
+        Raises:
+            IntegrityError: They are not what the manifest promises.
+        """
+        ...
+
+    def prefetch(self, names: Iterable[str]) -> None:
+        """Has files fetched in the background where they are not at hand; returns at once."""
         ...
 
 
@@ -42,7 +51,6 @@ class FolderStore:
                 f"build one with `affectsim build RECIPE --out {self.root}`"
             )
         self.manifest = Manifest.from_path(path, name=str(path))
-        self._verified: set[str] = set()
         self._check_inventory()
 
     def _check_inventory(self) -> None:
@@ -58,14 +66,13 @@ class FolderStore:
     def _remedy(self) -> str:
         return f"delete {self.root} and build or fetch the release again"
 
-    def path(self, name: str) -> Path:
-        """Local path of a file of the manifest, checked against it on first use."""
-        path = self.root / name
-        if name not in self._verified:
-            label = f"{self.root}/{name}"
-            verify_file(path, label, self.manifest.files[name], remedy=self._remedy)
-            self._verified.add(name)
-        return path
+    def read(self, name: str) -> bytes:
+        """Contents of a file of the manifest, checked against it."""
+        label, entry = f"{self.root}/{name}", self.manifest.files[name]
+        return read_verified(self.root / name, label, entry, remedy=self._remedy)
+
+    def prefetch(self, names: Iterable[str]) -> None:
+        """Does nothing: everything is at hand."""
 
 
 @dataclasses.dataclass
@@ -81,7 +88,6 @@ class HubStore:
         self.commit = manifest_path.parent.name
         self.uri = f"hf://datasets/{self.repo_id}@{self.commit}"
         self.manifest = Manifest.from_path(manifest_path, name=f"{self.uri}/{MANIFEST_NAME}")
-        self._verified: set[str] = set()
 
     def _download(self, name: str, *, force: bool = False) -> Path:
         from huggingface_hub import hf_hub_download
@@ -122,24 +128,23 @@ class HubStore:
         except Exception as error:  # what the client's transport raises differs by its version
             raise ConnectionError(f"{place}: fetching {name} failed: {error}") from error
 
-    def path(self, name: str) -> Path:
-        """Local path of a file of the manifest: fetched, checked, fetched once more if broken."""
+    def prefetch(self, names: Iterable[str]) -> None:
+        """Does nothing yet."""
+
+    def read(self, name: str) -> bytes:
+        """Contents of a file of the manifest: fetched, checked, fetched once more if broken."""
         path = self._download(name)
-        if name in self._verified:
-            return path
         label, entry = f"{self.uri}/{name}", self.manifest.files[name]
         try:
             remedy = "the local copy is damaged and the Hub cannot be reached; check the network"
-            verify_file(path, label, entry, remedy=remedy)
+            return read_verified(path, label, entry, remedy=remedy)
         except IntegrityError as damage:
             try:
                 path = self._download(name, force=True)
             except ConnectionError as error:
                 raise damage from error
             remedy = "what the Hub serves is not what the manifest says; tell the publisher"
-            verify_file(path, label, entry, remedy=remedy)
-        self._verified.add(name)
-        return path
+            return read_verified(path, label, entry, remedy=remedy)
 
 
 def open_store(source: str | Path) -> Store:

@@ -16,13 +16,14 @@ import pyarrow.parquet as pq
 from affectsim_data.cameras import Camera
 from affectsim_data.episodes import Robot
 from affectsim_data.releases.manifest import MANIFEST_NAME, FileEntry, Manifest, sha256_of
-from affectsim_data.schemas import SCHEMAS, TableName
+from affectsim_data.schemas import ASSET_TABLES, SCHEMAS, TableName
 
 __all__ = ["ReleaseWriter"]
 
 MAX_SHARD_BYTES = 64 << 20
-_ROW_GROUP_ROWS: dict[TableName, int] = {"episodes": 1024, "motions": 8, "scenes": 1, "avatars": 1}
-"""Small groups where rows are big, so that one item costs one small range read."""
+_EPISODES_PER_SHARD = 256
+_MAX_ASSET_SHARDS = 2048
+"""Assets get a file each, so that one item is one fetch; beyond this many they share files."""
 
 
 class ReleaseWriter:
@@ -65,14 +66,27 @@ class ReleaseWriter:
     def add_table(
         self, table: TableName, rows: Sequence[Mapping[str, Any]], *, stem: str = ""
     ) -> None:
-        """Writes rows as shards `TABLE/STEM-00000-of-00001.parquet`, each at most 64 MB of data."""
-        shards = list(_shards(table, rows))
+        """Writes rows as shards `TABLE/STEM-00000-of-00001.parquet`, each at most 64 MB of data.
+
+        A file is what a reader fetches: an episodes shard holds a few hundred rows, an asset has a
+        file of its own. Episodes also get their index.
+        """
+        shards = list(_shards(table, rows, max_rows=_shard_rows(table, len(rows))))
         for number, shard in enumerate(shards):
             name = f"{table}/{stem or table}-{number:05d}-of-{len(shards):05d}.parquet"
             path = self._staging / name
             path.parent.mkdir(exist_ok=True)
-            pq.write_table(shard, path, compression="zstd", row_group_size=_ROW_GROUP_ROWS[table])
-            self._files[name] = FileEntry(path.stat().st_size, sha256_of(path), shard.num_rows)
+            is_asset = table in ASSET_TABLES
+            # Minima and maxima of binary columns are their whole values, and help nobody.
+            options = {"row_group_size": 1, "write_statistics": False} if is_asset else {}
+            pq.write_table(shard, path, compression="zstd", **options)
+            keys = tuple(shard.column(0).to_pylist()) if is_asset else ()
+            self._files[name] = FileEntry(
+                path.stat().st_size, sha256_of(path), shard.num_rows, keys
+            )
+        if table == "episodes":
+            names = SCHEMAS["index"].names
+            self.add_table("index", [{n: row[n] for n in names} for row in rows], stem=stem)
 
     def finish(
         self,
@@ -122,12 +136,22 @@ def _sync(path: Path) -> None:
         os.close(descriptor)
 
 
-def _shards(table: TableName, rows: Sequence[Mapping[str, Any]]) -> Iterator[pa.Table]:
-    """Arrow tables of at most `MAX_SHARD_BYTES` each, at least one row each."""
+def _shard_rows(table: TableName, num_rows: int) -> int:
+    """Rows of a shard at most."""
+    if table == "episodes":
+        return _EPISODES_PER_SHARD
+    return -(-num_rows // _MAX_ASSET_SHARDS) if table in ASSET_TABLES else max(1, num_rows)
+
+
+def _shards(
+    table: TableName, rows: Sequence[Mapping[str, Any]], *, max_rows: int
+) -> Iterator[pa.Table]:
+    """Arrow tables of at most `MAX_SHARD_BYTES` and `max_rows` each, at least one row each."""
     start, total = 0, 0
     for index, row in enumerate(rows):
         size = sum(len(value) for value in row.values() if isinstance(value, bytes | str))
-        if index > start and total + size > MAX_SHARD_BYTES:
+        full = index - start >= max_rows or total + size > MAX_SHARD_BYTES
+        if index > start and full:
             yield _arrow(table, rows[start:index])
             start, total = index, 0
         total += size
