@@ -10,8 +10,8 @@ __all__ = ["Place"]
 class Place(NamedTuple):
     """A request for one sample; datasets take it wherever they take an index."""
 
-    index: int
-    """Of the episode in the dataset."""
+    row: int
+    """Index of the episode in the dataset."""
     epoch: int
     """Epoch the order belongs to."""
     position: int
@@ -19,4 +19,4 @@ class Place(NamedTuple):
     padding: bool = False
     """Whether this repeats an episode only to give every rank as many samples."""
     ahead: tuple[int, ...] = ()
-    """Indices the same process will be asked for soon: a release on the Hub fetches them now."""
+    """Rows the same process will be asked for soon: a release on the Hub fetches them now."""
