@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from affectsim_data.glb import GlbBuilder, GlbFile
-from affectsim_data.poses import FloatArray, compose_pose
+from affectsim_data.poses import FloatArray
 from affectsim_data.skeletons import BODY, JOINT_NAMES, JOINT_PARENTS, NUM_JOINTS, Skeleton
 
 __all__ = ["Avatar", "AvatarMesh", "SurfaceSamples"]
@@ -114,22 +114,39 @@ class Avatar:
         fitting = [mesh for mesh in self.meshes if len(mesh.faces) <= max_triangles]
         return fitting[0] if fitting else self.meshes[-1]
 
-    def pose(self, root_translation: ArrayLike, joint_rotations: ArrayLike) -> FloatArray:
+    def pose(
+        self,
+        root_translation: ArrayLike,
+        joint_rotations: ArrayLike,
+        *,
+        T_world_performance: ArrayLike | None = None,
+    ) -> FloatArray:
         """Joint frames in the performance frame, `(num_frames, 22, 4, 4)`, in this body's size.
 
         Args:
             root_translation: Of the canonical body, metres, `(num_frames, 3)`.
             joint_rotations: `(num_frames, 22, 4)`.
+            T_world_performance: Gives them in the world instead, `(4, 4)`.
         """
         root = np.asarray(root_translation, np.float64) * self.motion_scale
-        positions, rotations = self.skeleton.forward_kinematics(root, joint_rotations)
-        return compose_pose(rotations, positions)
+        return self.skeleton.joint_frames(
+            root, joint_rotations, T_world_performance=T_world_performance
+        )
 
-    def joint_matrices(self, root_translation: ArrayLike, joint_rotations: ArrayLike) -> FloatArray:
-        """Matrices that take rest vertices into the performance frame, `(num_frames, 22, 4, 4)`."""
-        matrices = self.pose(root_translation, joint_rotations)
-        rest = self.skeleton.rest_positions
-        matrices[..., :3, 3] -= np.einsum("...jab,jb->...ja", matrices[..., :3, :3], rest)
+    def joint_matrices(
+        self,
+        root_translation: ArrayLike,
+        joint_rotations: ArrayLike,
+        *,
+        T_world_performance: ArrayLike | None = None,
+    ) -> FloatArray:
+        """Matrices that take rest vertices into the performance frame, `(num_frames, 22, 4, 4)`;
+        with `T_world_performance` into the world."""
+        matrices = self.pose(
+            root_translation, joint_rotations, T_world_performance=T_world_performance
+        )
+        turned = matrices[..., :3, :3] @ self.skeleton.rest_positions[:, :, None]
+        matrices[..., :3, 3] -= turned[..., 0]
         return matrices
 
     def surface_samples(self, num_points: int, *, rng: np.random.Generator) -> SurfaceSamples:

@@ -12,7 +12,12 @@ from affectsim_data.motions import EMOTIONS
 from affectsim_data.releases import Release
 from affectsim_data.schemas import SPLITS, Split
 
-__all__ = ["dataset_card", "write_card"]
+__all__ = ["dataset_card", "published_card", "write_card"]
+
+
+_NOT_PASSED_ON = """
+This release may not be passed on. Share its recipe: whoever has the corpus builds it from that.
+"""
 
 
 def dataset_card(release: Release, *, place: str = "path/to/this/folder") -> str:
@@ -35,6 +40,7 @@ def dataset_card(release: Release, *, place: str = "path/to/this/folder") -> str
         split=splits[-1],
         counts=_counts(release, splits),
         licences="\n".join(f"- {licence}" for licence in manifest.licences) or "- none stated",
+        terms="" if manifest.redistribution else _NOT_PASSED_ON,
         schema_version=manifest.schema_version,
         code_version=manifest.code_version,
         recipe=manifest.recipe,
@@ -52,6 +58,27 @@ def _counts(release: Release, splits: Sequence[Split]) -> str:
         cells = " | ".join(str(emotions.count(emotion)) for emotion in EMOTIONS)
         lines.append(f"| {split} | {len(emotions)} | {cells} |")
     return "\n".join(lines)
+
+
+def published_card(release: Release, folder: Path, *, place: str) -> tuple[str, bool]:
+    """The card to publish with the release in a folder.
+
+    Args:
+        release: The release.
+        folder: Where it is.
+        place: What a reader will write to open it.
+
+    Returns:
+        The README.md of the folder if somebody wrote their own, else a new one that names the
+        place; and whether it is their own.
+    """
+    path = folder / "README.md"
+    generated = dataset_card(release, place=place)
+    if path.is_file():
+        text = path.read_text(encoding="utf-8")
+        if text not in (generated, dataset_card(release)):
+            return text, True
+    return generated, False
 
 
 def write_card(release: Release, folder: Path) -> None:

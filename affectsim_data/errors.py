@@ -6,6 +6,7 @@ import importlib
 from types import ModuleType
 
 __all__ = [
+    "CacheError",
     "ForkedContextError",
     "IntegrityError",
     "MissingExtraError",
@@ -36,6 +37,10 @@ class IntegrityError(ValueError):
 
 def _integrity_error(file: str, expected: str, got: str, remedy: str) -> IntegrityError:
     return IntegrityError(file, expected=expected, got=got, remedy=remedy)
+
+
+class CacheError(OSError):
+    """The local cache of Hub files cannot take a file; the message says why and what to change."""
 
 
 class MissingExtraError(ImportError):

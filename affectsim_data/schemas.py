@@ -32,7 +32,7 @@ __all__ = [
     "schema_to_json",
 ]
 
-SCHEMA_VERSION = "1.0"
+SCHEMA_VERSION = "2.0"
 """Of the data; moves apart from the version of the code."""
 
 Split = Literal["train", "validation", "test"]

@@ -13,7 +13,12 @@ import functools
 import numpy as np
 from numpy.typing import ArrayLike
 
-from affectsim_data.poses import FloatArray, quaternion_multiply, quaternion_rotate
+from affectsim_data.poses import (
+    FloatArray,
+    compose_pose,
+    quaternion_multiply,
+    quaternion_rotate,
+)
 
 __all__ = ["BODY", "JOINT_NAMES", "JOINT_PARENTS", "NUM_JOINTS", "Skeleton"]
 
@@ -46,6 +51,7 @@ JOINT_PARENTS: tuple[int, ...] = (
     *(8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19),
 )
 NUM_JOINTS = len(JOINT_NAMES)
+_Places = slice | list[int]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,13 +78,14 @@ class Skeleton:
             if (index == 0) != (parent == -1) or not -1 <= parent < index:
                 raise ValueError(f"joint {self.joint_names[index]!r}: parents must come first")
 
-    @property
+    @functools.cached_property
     def rest_positions(self) -> FloatArray:
-        """Joint positions in the rest pose, `(num_joints, 3)`, metres."""
+        """Joint positions in the rest pose, `(num_joints, 3)`, metres; not to be written to."""
         positions = self.joint_offsets.copy()
         for joint, parent in enumerate(self.joint_parents):
             if parent >= 0:
                 positions[joint] += positions[parent]
+        positions.flags.writeable = False
         return positions
 
     @property
@@ -107,6 +114,34 @@ class Skeleton:
             rotations[..., joints, :] = quaternion_multiply(above, local[..., joints, :])
         return positions, rotations
 
+    def joint_frames(
+        self,
+        root_translation: ArrayLike,
+        joint_rotations: ArrayLike,
+        *,
+        T_world_performance: ArrayLike | None = None,
+    ) -> FloatArray:
+        """Frames of the joints, `(..., num_joints, 4, 4)`: what `forward_kinematics` says, faster.
+
+        Args:
+            root_translation: Root position, metres, `(..., 3)`.
+            joint_rotations: Rotation of each joint in its parent, `(..., num_joints, 4)`.
+            T_world_performance: Takes the frames from the performance into the world, `(4, 4)`.
+        """
+        frames = compose_pose(joint_rotations, self.joint_offsets)
+        frames[..., 0, :3, 3] = root_translation
+        if T_world_performance is not None:
+            frames[..., 0, :, :] = np.asarray(T_world_performance) @ frames[..., 0, :, :]
+        for joints, parents in self._generation_places:
+            above, own = frames[..., parents, :, :], frames[..., joints, :, :]
+            frames[..., joints, :, :] = above @ own
+        return frames
+
+    @functools.cached_property
+    def _generation_places(self) -> list[tuple[_Places, _Places]]:
+        """The same as `_generations`, as slices where that is possible: they copy nothing."""
+        return [(_places(joints), _places(parents)) for joints, parents in self._generations]
+
     @functools.cached_property
     def _generations(self) -> list[tuple[list[int], list[int]]]:
         """Joints equally far from the root, with their parents, nearest first."""
@@ -118,6 +153,11 @@ class Skeleton:
             joints = [joint for joint, found in enumerate(depth) if found == level]
             generations.append((joints, [self.joint_parents[joint] for joint in joints]))
         return generations
+
+
+def _places(joints: list[int]) -> _Places:
+    consecutive = list(range(joints[0], joints[0] + len(joints)))
+    return slice(joints[0], joints[0] + len(joints)) if joints == consecutive else joints
 
 
 def _body_offsets() -> FloatArray:

@@ -1,6 +1,6 @@
 """Runs every benchmark and writes the results as JSON and into docs/performance.md.
 
-python -m benchmarks --out benchmarks/results [--only render throughput memory startup]
+python -m benchmarks --out benchmarks/results [--only render throughput cold_start ...]
 """
 
 from __future__ import annotations
@@ -10,17 +10,27 @@ import json
 import re
 from pathlib import Path
 
-from benchmarks import loading, render
+from benchmarks import fetching, index, loading, render, shuffling, streaming, wide
 from benchmarks.machine import describe_machine
+from benchmarks.parts import run_part
 from benchmarks.tables import write_tables
 
 _PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
+_MODULES = {
+    part: module.__name__
+    for module in (loading, wide, index, fetching, streaming, shuffling)
+    for part in module.PARTS
+}
+"""Where the parts are that run in a process of their own."""
+_ON_ONE_CORE = ("throughput", "scene_order", *index.PARTS)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results"))
-    parser.add_argument("--only", nargs="*", default=["render", *loading.PARTS])
+    parser.add_argument(
+        "--only", nargs="*", choices=["render", *_MODULES], default=["render", *_MODULES]
+    )
     options = parser.parse_args()
     machine = describe_machine()
     name = re.sub(r"[^a-z0-9]+", "-", str(machine["gl_renderer"]).lower()).strip("-")
@@ -32,7 +42,8 @@ def main() -> None:
         if part == "render":
             results[part] = render.run()
         else:
-            results[part] = loading.run_part(part, cores=1 if part == "throughput" else None)
+            cores = 1 if part in _ON_ONE_CORE else None
+            results[part] = run_part(_MODULES[part], part, cores=cores)
         options.out.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(results, indent=2) + "\n")
     if _PAGE.is_file():

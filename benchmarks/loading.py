@@ -6,9 +6,7 @@ share one process and one core.
 
 from __future__ import annotations
 
-import argparse
 import functools
-import json
 import os
 import subprocess
 import sys
@@ -20,12 +18,14 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.parts import Rows, resident_mb, serve_part
+
 _ROUNDS = 3
 _EPISODES = 20
 _SAMPLES = 2_000
 
 
-def throughput() -> list[dict[str, Any]]:
+def throughput() -> Rows:
     """`AffectSimDataset` against PyAV on one core: 8 x 224 x 224, the same clips, interleaved."""
     from affectsim_data import AffectSimDataset, Orbit
 
@@ -130,7 +130,7 @@ def _seek(path: Path, wanted: list[int]) -> np.ndarray:
     return np.stack(images)
 
 
-def memory() -> list[dict[str, Any]]:
+def memory() -> Rows:
     """Resident set size after 200 and after 2,000 samples of mixed conditions."""
     from affectsim_data import AffectSimDataset
 
@@ -141,7 +141,7 @@ def memory() -> list[dict[str, Any]]:
         dataset = datasets[number % len(datasets)]
         dataset[int(rng.integers(len(dataset)))]
         if number in (200, _SAMPLES):
-            sizes[number] = _resident_mb()
+            sizes[number] = resident_mb()
     return [
         {
             "rss_mb_at_200": sizes[200],
@@ -151,18 +151,13 @@ def memory() -> list[dict[str, Any]]:
     ]
 
 
-def _resident_mb() -> float:
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
-
-
 _FIRST_SAMPLE = (
     "from affectsim_data import AffectSimDataset;"
     "AffectSimDataset(split='test', condition='p_ref')[0]"
 )
 
 
-def startup() -> list[dict[str, Any]]:
+def startup() -> Rows:
     """Seconds to import the package, and to the first sample of a fresh process."""
     imports = [_run("import affectsim_data") - _run("pass") for _ in range(5)]
     with tempfile.TemporaryDirectory() as folder:
@@ -187,22 +182,5 @@ def _run(code: str, **environment: str) -> float:
 
 PARTS = {"throughput": throughput, "memory": memory, "startup": startup}
 
-
-def run_part(name: str, *, cores: int | None = None) -> list[dict[str, Any]]:
-    """Rows of a part, measured in a fresh process, pinned to some cores if asked."""
-    command = [sys.executable, "-m", "benchmarks.loading", name]
-    if cores is not None:
-        command += ["--cores", str(cores)]
-    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
-    rows: list[dict[str, Any]] = json.loads(done.stdout.splitlines()[-1])
-    return rows
-
-
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("part", choices=PARTS)
-    parser.add_argument("--cores", type=int)
-    options = parser.parse_args()
-    if options.cores:
-        os.sched_setaffinity(0, set(sorted(os.sched_getaffinity(0))[: options.cores]))
-    print(json.dumps(PARTS[options.part]()))
+    serve_part(PARTS)

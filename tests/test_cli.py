@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -47,6 +48,22 @@ def test_build_refuses_a_folder_that_is_no_release(
     assert main(["build", "mini", "--out", str(tmp_path)]) == 1
     assert "is no release" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_what_the_system_refuses_is_one_line_too(
+    small_release_path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["download", str(small_release_path), "--out", str(tmp_path / ("x" * 300))]) == 1
+    error = capsys.readouterr().err
+    assert re.fullmatch(r"affectsim: \[Errno \d+\] File name too long: '.*'\n", error)
+
+
+def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--help"])
+    text = capsys.readouterr().out
+    for command in ("doctor", "demo", "build", "info", "plan", "download", "upload", "inspect"):
+        assert f" {command} " in text
 
 
 @pytest.mark.slow

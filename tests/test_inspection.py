@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from affectsim_data.inspection import (
 from affectsim_data.inspection.recording import _simplified
 from affectsim_data.inspection.summary import summary_lines
 from affectsim_data.render import process_renderer
+from affectsim_data.schemas import SPLITS
 
 
 @pytest.fixture(scope="module")
@@ -134,6 +136,40 @@ def test_summary_counts_agree_with_the_manifest(small: Release) -> None:
     assert summary["assets"]["scenes"] == len(small.asset_ids("scenes"))
     assert summary["measured"]["initial_distance_m"]["n"] == total
     assert any("split" in line for line in summary_lines(summary))
+
+
+def test_summary_of_a_selection_counts_it_and_names_it(small: Release) -> None:
+    filter: list[tuple[str, str, Any]] = [("emotion", "in", ["sad", "angry"])]
+    summary = release_summary(small, filter=filter)
+    assert summary["episodes"]["emotion"] == {"angry": 1, "sad": 2}
+    assert summary["episodes"]["split"] == {"train": 2, "test": 1}
+    assert summary["measured"]["initial_distance_m"]["n"] == 3
+    for split, count in (("train", 2), ("test", 1)):
+        dataset = AffectSimDataset(small, split=split, filter=filter)
+        entry = {"selected": count, "of": 2, "fingerprint": dataset.fingerprint}
+        assert summary["selection"][split] == entry
+        line = f"{split:12} {count} of 2 episodes, fingerprint {dataset.fingerprint[:16]}"
+        assert f"  {line}" in summary_lines(summary)
+        of_dataset = release_summary(dataset)
+        assert of_dataset == release_summary(small, split=split, filter=filter)
+        assert of_dataset["episodes"]["split"] == {split: count}
+
+
+def test_summary_of_the_whole_names_every_split(small: Release) -> None:
+    entries = release_summary(small)["selection"]
+    assert {split: entry["fingerprint"] for split, entry in entries.items()} == {
+        split: AffectSimDataset(small, split=split).fingerprint for split in SPLITS
+    }
+
+
+def test_summary_of_nothing_is_refused(small: Release) -> None:
+    with pytest.raises(ValueError, match=r"no episode of train, validation, test matches .*angry"):
+        release_summary(small, filter=[("emotion", "==", "bored")])
+    with pytest.raises(ValueError, match="split must be one of"):
+        release_summary(small, split="dev")
+    dataset = AffectSimDataset(small, split="test")
+    with pytest.raises(ValueError, match="a dataset has its split and filter"):
+        release_summary(dataset, split="test")
 
 
 def test_card_names_every_split_file_pattern_and_licence(small: Release) -> None:

@@ -105,7 +105,7 @@ def test_a_manifest_that_is_not_json(release_copy: Path, text: bytes) -> None:
     ("change", "message"),
     [
         (lambda d: d.update(format="other"), "\"format\" must be 'affectsim-release'"),
-        (lambda d: d.update(schema_version="2.0"), r"schema_version '2\.0' cannot be read by this"),
+        (lambda d: d.update(schema_version="3.0"), r"schema_version '3\.0' cannot be read by this"),
         (lambda d: d.pop("schema_version"), "schema_version None cannot be read"),
         (lambda d: d.pop("camera"), "field 'camera' is missing or malformed"),
         (lambda d: d.update(files=[]), "is missing or malformed"),
@@ -137,9 +137,9 @@ def test_a_manifest_that_is_a_list(release_copy: Path) -> None:
 
 def test_a_newer_minor_version_is_read(release_copy: Path) -> None:
     edit_manifest(
-        release_copy, lambda document: document.update(schema_version="1.99", novelty=True)
+        release_copy, lambda document: document.update(schema_version="2.99", novelty=True)
     )
-    assert open_release(release_copy).manifest.schema_version == "1.99"
+    assert open_release(release_copy).manifest.schema_version == "2.99"
 
 
 def test_an_honest_file_that_is_not_parquet(release_copy: Path) -> None:

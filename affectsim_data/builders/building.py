@@ -102,6 +102,7 @@ def build_release(
             camera=plan.camera,
             robot=plan.robot,
             licences=sorted(licences - {""}),
+            redistribution=plan.redistribution,
         )
     return BuildReport(manifest, shortfalls)
 

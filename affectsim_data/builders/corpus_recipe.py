@@ -75,7 +75,7 @@ def load_recipe(recipe: Path | str | Mapping[str, Any]) -> CorpusRecipe:
             recipe_path=name,
             name=corpus["name"],
             licence=corpus["licence"],
-            redistribution=bool(corpus["redistribution"]),
+            redistribution=_boolean(corpus["redistribution"]),
             pattern=re.compile(corpus["pattern"]),
             performer=corpus["performer"],
             motion_id=corpus["motion_id"],
@@ -92,10 +92,19 @@ def load_recipe(recipe: Path | str | Mapping[str, Any]) -> CorpusRecipe:
         )
     except KeyError as error:
         raise ValueError(f"{name}: [corpus] needs the key {error.args[0]!r}") from error
+    except TypeError as error:
+        raise ValueError(f"{name}: [corpus] {error}") from error
     except re.error as error:
         raise ValueError(f"{name}: [corpus] pattern is no regular expression: {error}") from error
     _check_labels(loaded)
     return loaded
+
+
+def _boolean(value: object) -> bool:
+    # A text such as "false" would count as true, and the motions would be passed on.
+    if not isinstance(value, bool):
+        raise TypeError(f"redistribution must be true or false, got {value!r}")
+    return value
 
 
 def _check_labels(recipe: CorpusRecipe) -> None:

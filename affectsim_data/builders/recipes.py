@@ -7,6 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any, Literal, cast
 
+from affectsim_data.builders.corpus_recipe import load_recipe
 from affectsim_data.cameras import Camera
 from affectsim_data.content import content_names, content_path
 from affectsim_data.episodes import Robot
@@ -90,6 +91,15 @@ class Recipe:
     """The whole file: motions have tables of their own."""
     path: Path
     """Where it was read."""
+
+    @property
+    def redistribution(self) -> bool:
+        """Whether the release may be passed on; the corpus it reads, if any, says so.
+
+        Raises:
+            ValueError: The corpus tables do not say what they must.
+        """
+        return "corpus" not in self.document or load_recipe(self.path).redistribution
 
     def split(self, *, performer_id: str, action: str) -> Split:
         """Where a motion's episodes go.

@@ -1,12 +1,19 @@
-"""Datasets: episodes of a release as typed, collatable samples."""
+"""Datasets: episodes of a release as typed, collatable samples, in an order one can resume."""
 
-from affectsim_data.loaders.dataset import AffectSimDataset, data_loader
+from affectsim_data.loaders.batches import EpisodeBatches, ResumeToken
+from affectsim_data.loaders.dataset import AffectSimDataset
+from affectsim_data.loaders.loading import EpisodeLoader, data_loader
 from affectsim_data.loaders.presets import Clip, condition_names, resolve_clip, resolve_condition
 from affectsim_data.loaders.samples import Sample, clip_spec, draw_sample
+from affectsim_data.loaders.streams import EpisodeStream
 
 __all__ = [
     "AffectSimDataset",
     "Clip",
+    "EpisodeBatches",
+    "EpisodeLoader",
+    "EpisodeStream",
+    "ResumeToken",
     "Sample",
     "clip_spec",
     "condition_names",

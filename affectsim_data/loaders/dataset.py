@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
-import multiprocessing
-from collections.abc import Callable
+import copy
+import functools
+import itertools
+import operator
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
-from torch.utils.data import DataLoader, Dataset
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from torch.utils.data import Dataset
 
 from affectsim_data.episodes import Episode, World
+from affectsim_data.loaders.places import Place
 from affectsim_data.loaders.presets import Clip, resolve_clip, resolve_condition
+from affectsim_data.loaders.requests import as_place, chosen_rows
 from affectsim_data.loaders.samples import Sample, draw_sample
 from affectsim_data.observations import Condition
 from affectsim_data.releases import Release, open_release
+from affectsim_data.releases.filters import Filter
+from affectsim_data.releases.selection import select_rows, selection_fingerprint
+from affectsim_data.releases.splits import dictionary_codes
 from affectsim_data.render import RendererName, process_renderer
 
-__all__ = ["AffectSimDataset", "data_loader"]
+if TYPE_CHECKING:
+    from affectsim_data.loaders.concatenation import ConcatenatedDataset
+
+__all__ = ["AffectSimDataset"]
+
+_DERIVED = ("fingerprint", "scene_codes")
+"""Computed when asked for; workers do without."""
 
 
 class AffectSimDataset(Dataset[Any]):
@@ -26,6 +42,7 @@ class AffectSimDataset(Dataset[Any]):
         >>> dataset = AffectSimDataset(split="test", condition="p_ref")  # doctest: +SKIP
         >>> dataset[0]["video"].shape  # doctest: +SKIP
         torch.Size([8, 3, 224, 224])
+        >>> sad = AffectSimDataset(filter=[("emotion", "in", ["sad"])])  # doctest: +SKIP
     """
 
     def __init__(
@@ -35,9 +52,14 @@ class AffectSimDataset(Dataset[Any]):
         split: str = "test",
         condition: str | Condition = "p_ref",
         clip: str | Clip = "8x224",
+        filter: Filter | None = None,
+        episodes: Iterable[str] | None = None,
+        exclude: Iterable[str] | None = None,
         transform: Callable[[Sample], Any] | None = None,
+        images: bool = True,
         instances: bool = False,
         renderer: RendererName = "egl",
+        device: int | None = None,
     ) -> None:
         """Opens the release; nothing is drawn and no GL context is made before the first sample.
 
@@ -47,61 +69,156 @@ class AffectSimDataset(Dataset[Any]):
             split: `train`, `validation` or `test`.
             condition: `p_init`, `p_ref`, `p_mon`, or an object such as `Orbit(distance_m=2.0)`.
             clip: `8x224`, `16x224`, `1x448`, `full`, or a `Clip`.
+            filter: Only episodes whose columns match: `[(column, operator, value), ...]` where
+                all hold, or a list of such lists where one does, as pyarrow takes them.
+            episodes: Only the episodes with these identifiers, in this order.
+            exclude: No episode with one of these identifiers.
             transform: Takes a `Sample` and returns what the dataset shall yield.
+            images: Whether to draw; without, samples lack `video` and `depth`, and need no GL.
             instances: Whether samples carry instance ids.
             renderer: `egl`, or `pyrender`, the slow reference.
+            device: EGL device; the one `open_renderer` would take if not given.
 
         Raises:
             FileNotFoundError: No such release, or not all of it.
-            ValueError: Unknown split, condition or clip; an empty split.
+            ValueError: Unknown split, condition or clip; an empty split; `instances` without
+                `images`; a malformed filter, an unknown identifier, or no episode left.
         """
         self.condition = resolve_condition(condition)
         self.clip = resolve_clip(clip)
         self.release = release if isinstance(release, Release) else open_release(release)
         self.split = split
-        self._num_episodes = int(self.release.episode_index(split).num_rows)
+        if instances and not images:
+            raise ValueError("instances=True needs images=True: instance ids are drawn")
+        self._rows = self._packed(
+            select_rows(self.release, split, filter=filter, episodes=episodes, exclude=exclude)
+        )
         self._transform = transform
+        self._images = images
         self._instances = instances
-        self._renderer = renderer
+        self._renderer: RendererName = renderer
+        self._device = device
+
+    def _packed(self, rows: NDArray[np.int64]) -> NDArray[np.int32] | None:
+        """Rows as they are kept and sent to workers; `None` for the whole split in its order."""
+        count = self.release.num_episodes(self.split)
+        whole = len(rows) == count and bool((rows == np.arange(count)).all())
+        return None if whole else rows.astype(np.int32)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A worker process gets what it needs to draw, and reads the rest."""
+        return {name: value for name, value in self.__dict__.items() if name not in _DERIVED}
 
     def __len__(self) -> int:
-        return self._num_episodes
+        if self._rows is None:
+            return self.release.num_episodes(self.split)
+        return len(self._rows)
 
-    def episode(self, index: int) -> Episode:
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """Places in the split's table of the episodes, in order, `(len,)`."""
+        if self._rows is None:
+            return np.arange(len(self))
+        return self._rows.astype(np.int64)
+
+    @property
+    def source(self) -> str:
+        """Where the episodes come from; on the Hub, with the commit."""
+        return self.release.uri
+
+    @functools.cached_property
+    def fingerprint(self) -> str:
+        """Identifies the ordered list of episodes and the release's content, hexadecimal.
+
+        Two datasets of the same episodes in the same order have the same one, however the episodes
+        were chosen; condition, clip, place and commit do not matter.
+        """
+        return selection_fingerprint(self.release, self.split, self.rows)
+
+    @functools.cached_property
+    def scene_codes(self) -> NDArray[np.int64]:
+        """Places of the episodes' scenes in `scene_ids`, `(len,)`."""
+        numbers = {scene_id: number for number, scene_id in enumerate(self.scene_ids)}
+        codes, words = dictionary_codes(self.release.episode_index(self.split).column("scene_id"))
+        # A scene the release does not have is an error when it is drawn, not before.
+        known = np.array([numbers.get(word, len(numbers)) for word in words], np.int64)
+        return known[codes][self.rows]
+
+    @property
+    def scene_ids(self) -> list[str]:
+        """All scenes of the release; `scene_codes` are places in it."""
+        return self.release.asset_ids("scenes")
+
+    def subset(self, rows: ArrayLike | slice) -> AffectSimDataset:
+        """Some of the episodes, in the order asked for, of the same release and condition.
+
+        Args:
+            rows: Places in this dataset, a slice of them, or a mask `(len,)`.
+
+        Raises:
+            IndexError: A place outside the dataset.
+            ValueError: No episode left, or neither of these.
+        """
+        part = copy.copy(self)
+        part._rows = self._packed(self.rows[chosen_rows(rows, len(self))])
+        return part
+
+    def __add__(self, other: Dataset[Any]) -> ConcatenatedDataset:  # type: ignore[override]  # torch promises its own class
+        # Not at the top: concatenations are made of these.
+        from affectsim_data.loaders.concatenation import concatenate
+
+        return concatenate([self, other])
+
+    def episode(self, index: SupportsIndex) -> Episode:
         """The configuration behind a sample.
 
         Raises:
-            IndexError: Outside the split.
+            IndexError: Outside the dataset.
         """
-        if not -len(self) <= index < len(self):
-            raise IndexError(f"split {self.split!r} has {len(self)} episodes, got index {index}")
-        return self.release.episode(self.split, index % len(self))
+        row = as_place(index, len(self), self._name).row
+        return self.release.episode(self.split, row if self._rows is None else int(self._rows[row]))
 
-    def world(self, index: int) -> World:
+    @property
+    def _name(self) -> str:
+        return f"split {self.split!r}" if self._rows is None else f"this part of {self.split!r}"
+
+    def world(self, index: SupportsIndex) -> World:
         """The scene and the people behind a sample."""
         return self.release.world(self.episode(index))
 
-    def __getitem__(self, index: int) -> Any:
-        episode = self.episode(index)
+    def prefetch(self, rows: Iterable[int]) -> None:
+        """Has what samples need fetched in the background, if the release is far; returns at once.
+
+        Args:
+            rows: Places in this dataset, in order of use.
+        """
+        if self.release.is_remote:
+            wanted = np.fromiter(rows, np.int64)
+            places = wanted if self._rows is None else self._rows[wanted]
+            self.release.prefetch(self.release.episode_files(self.split, places))
+
+    def __getitem__(self, index: SupportsIndex | Place) -> Any:
+        place = as_place(index, len(self), self._name)
+        if place.ahead:
+            self.prefetch((place.row, *place.ahead))
+        return self._draw(place)
+
+    def __getitems__(self, indices: Sequence[SupportsIndex | Place]) -> list[Any]:
+        places = [as_place(index, len(self), self._name) for index in indices]
+        ahead = itertools.chain.from_iterable(place.ahead for place in places)
+        self.prefetch(itertools.chain(map(operator.attrgetter("row"), places), ahead))
+        return [self._draw(place) for place in places]
+
+    def _draw(self, place: Place) -> Any:
+        episode = self.episode(place.row)
         sample = draw_sample(
             episode,
             self.release.world(episode),
             self.condition,
             self.clip,
-            process_renderer(self._renderer),
+            process_renderer(self._renderer, self._device) if self._images else None,
             release=self.release.uri,
             instances=self._instances,
+            place=place,
         )
         return sample if self._transform is None else self._transform(sample)
-
-
-def data_loader(dataset: AffectSimDataset, **options: Any) -> DataLoader[Any]:
-    """A stock DataLoader whose workers start clean, so that no GL context is ever inherited.
-
-    Args:
-        dataset: What to load.
-        options: Passed on to `torch.utils.data.DataLoader`.
-    """
-    if options.get("num_workers", 0) and "multiprocessing_context" not in options:
-        options["multiprocessing_context"] = multiprocessing.get_context("forkserver")
-    return DataLoader(dataset, **options)

@@ -8,9 +8,10 @@ import numpy as np
 import torch
 
 from affectsim_data.episodes import Episode, World, clip_time_s
+from affectsim_data.loaders.places import Place
 from affectsim_data.loaders.presets import Clip
 from affectsim_data.observations import Condition
-from affectsim_data.poses import FloatArray, transform_points
+from affectsim_data.poses import FloatArray
 from affectsim_data.render import ClipSpec, PosedAvatar, Renderer
 
 __all__ = ["Sample", "clip_spec", "draw_sample"]
@@ -19,10 +20,11 @@ __all__ = ["Sample", "clip_spec", "draw_sample"]
 class Sample(TypedDict):
     """One episode under one condition; every value can be collated by the stock DataLoader."""
 
-    video: torch.Tensor
-    """uint8 `(num_frames, 3, height, width)`, sRGB."""
-    depth: torch.Tensor
-    """float32 `(num_frames, 1, height, width)`, metres along the view axis, `inf` for no hit."""
+    video: NotRequired[torch.Tensor]
+    """uint8 `(num_frames, 3, height, width)`, sRGB; absent from a dataset with `images=False`."""
+    depth: NotRequired[torch.Tensor]
+    """float32 `(num_frames, 1, height, width)`, metres along the view axis, `inf` for no hit;
+    absent where `video` is."""
     instances: NotRequired[torch.Tensor]
     """uint8 `(num_frames, 1, height, width)`: 0 scene, 1 target, 2 partner; on request."""
     label: int
@@ -33,6 +35,8 @@ class Sample(TypedDict):
     """float64 `(num_frames, 4, 4)`; the camera looks along -Z, +Y up."""
     intrinsics: torch.Tensor
     """float64 `(3, 3)`, pixels."""
+    joint_positions: torch.Tensor
+    """float32 `(num_frames, 22, 3)`, the target's joints in the world, metres."""
     distance_m: torch.Tensor
     """float64 `(num_frames,)`, camera to the target's pelvis: what was, where walls allow less
     than a condition asks for."""
@@ -54,6 +58,12 @@ class Sample(TypedDict):
     action: str
     release: str
     """Where the episode comes from; on the Hub, with the commit."""
+    epoch: int
+    """Epoch the sample was asked for in; 0 where a plain index was asked for."""
+    position: int
+    """Place in the global order of that epoch, over all ranks; else the index."""
+    padding: bool
+    """Whether it repeats an episode only to give every rank as many samples."""
 
 
 def clip_spec(
@@ -80,22 +90,36 @@ def draw_sample(
     world: World,
     condition: Condition,
     clip: Clip,
-    renderer: Renderer,
+    renderer: Renderer | None,
     *,
     release: str,
     instances: bool = False,
+    place: Place | None = None,
 ) -> Sample:
-    """Renders an episode under a condition."""
+    """An episode under a condition: rendered, or with no renderer only described.
+
+    Args:
+        episode: Which one.
+        world: What its identifiers stand for.
+        condition: How it is seen.
+        clip: Frames and size.
+        renderer: Draws `video` and `depth`; `None` leaves them out.
+        release: Where the episode comes from.
+        instances: Whether to draw instance ids too.
+        place: What the sample was asked for as; the first of an order if not said.
+    """
     spec, indices = clip_spec(episode, world, condition, clip)
-    images = renderer.render(spec, instances=instances)
+    joints = _joint_positions(spec)
+    asked = Place(0, 0, 0) if place is None else place
     sample = Sample(
-        video=torch.from_numpy(np.ascontiguousarray(images.rgb.transpose(0, 3, 1, 2))),
-        depth=torch.from_numpy(images.depth[:, None]),
         label=episode.label,
         emotion=episode.emotion,
         T_world_camera=torch.from_numpy(spec.trajectory.T_world_camera),
         intrinsics=torch.from_numpy(spec.camera.intrinsics),
-        distance_m=torch.from_numpy(_distance(spec)),
+        joint_positions=torch.from_numpy(joints.astype(np.float32)),
+        distance_m=torch.from_numpy(
+            np.linalg.norm(spec.trajectory.T_world_camera[:, :3, 3] - joints[:, 0], axis=1)
+        ),
         time_s=torch.from_numpy(clip_time_s(episode)[indices] - episode.phase_s),
         frame_indices=torch.from_numpy(indices),
         condition=condition.name,
@@ -109,17 +133,23 @@ def draw_sample(
         challenge=episode.challenge or "",
         action=episode.action,
         release=release,
+        epoch=asked.epoch,
+        position=asked.position,
+        padding=asked.padding,
     )
-    if images.instances is not None:
-        sample["instances"] = torch.from_numpy(images.instances[:, None])
+    if renderer is not None:
+        images = renderer.render(spec, instances=instances)
+        sample["video"] = torch.from_numpy(np.ascontiguousarray(images.rgb.transpose(0, 3, 1, 2)))
+        sample["depth"] = torch.from_numpy(images.depth[:, None])
+        if images.instances is not None:
+            sample["instances"] = torch.from_numpy(images.instances[:, None])
     return sample
 
 
-def _distance(spec: ClipSpec) -> FloatArray:
-    """Camera to the target's pelvis, metres, `(num_frames,)`."""
+def _joint_positions(spec: ClipSpec) -> FloatArray:
+    """The target's joints in the world, metres, `(num_frames, 22, 3)`."""
     target = spec.people[0]
-    pelvis = transform_points(
-        target.joint_matrices[:, 0], target.avatar.skeleton.rest_positions[None, :1]
-    )[:, 0]
-    distance: FloatArray = np.linalg.norm(spec.trajectory.T_world_camera[:, :3, 3] - pelvis, axis=1)
-    return distance
+    rest = target.avatar.skeleton.rest_positions
+    turned = target.joint_matrices[..., :3, :3] @ rest[:, :, None]
+    positions: FloatArray = turned[..., 0] + target.joint_matrices[..., :3, 3]
+    return positions

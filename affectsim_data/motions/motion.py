@@ -118,9 +118,10 @@ class Motion:
         leads into the first.
         """
         position = np.mod(np.asarray(time_s, np.float64) * self.fps, self.num_frames)
-        before = np.floor(position).astype(np.intp) % self.num_frames
+        floor = np.floor(position)
+        before = floor.astype(np.intp) % self.num_frames
         after = (before + 1) % self.num_frames
-        share = position - np.floor(position)
+        share = position - floor
         root = self.root_translation
         root = root[before] + share[:, None] * (root[after] - root[before])
         rotations = quaternion_slerp(

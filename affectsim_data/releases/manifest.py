@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import hashlib
+import itertools
 import json
 import os
 from collections.abc import Mapping
@@ -13,6 +15,7 @@ from typing import Any
 from affectsim_data.cameras import Camera
 from affectsim_data.episodes import Robot
 from affectsim_data.errors import IntegrityError
+from affectsim_data.releases.partial import Partial
 from affectsim_data.schemas import SCHEMA_VERSION, AssetTable
 
 __all__ = ["MANIFEST_NAME", "FileEntry", "Manifest", "read_verified", "sha256_of"]
@@ -63,6 +66,33 @@ class Manifest:
     """Of the motions, scenes and avatars inside."""
     schema_version: str = SCHEMA_VERSION
     """Version of the data contract."""
+    redistribution: bool = True
+    """Whether the release may be passed on to others."""
+    partial_of: Partial | None = None
+    """What a copy that lacks files of its release was taken from, and which part it is."""
+
+    @functools.cached_property
+    def sha256(self) -> str:
+        """Hash of the text of the manifest: names the release's content."""
+        return hashlib.sha256(self.to_json().encode()).hexdigest()
+
+    def scene_ids(self, split: str) -> frozenset[str] | None:
+        """Scenes whose episodes of a split are here; `None` where all that there are, are."""
+        for held, scenes in self.partial_of.scene_ids.items() if self.partial_of else ():
+            if held == split and scenes is not None:
+                return frozenset(scenes)
+        return None
+
+    def first_rows(self, split: str) -> dict[str, int]:
+        """Episodes shards of a split, with the place of their first row in the split's table.
+
+        In a partial copy shards are missing between others; the places stay those of the whole.
+        """
+        names = self.table_files("episodes", split)
+        if self.partial_of is not None:
+            return {name: self.partial_of.first_rows[name] for name in names}
+        starts = itertools.accumulate((self.files[name].rows for name in names), initial=0)
+        return dict(zip(names, starts, strict=False))
 
     def table_files(self, table: str, split: str = "") -> list[str]:
         """Paths of a table's shards in order; of the episodes table, of one split."""
@@ -96,7 +126,7 @@ class Manifest:
 
     def to_json(self) -> str:
         """The text of `MANIFEST.json`: the same manifest gives the same bytes."""
-        document = {
+        document: dict[str, Any] = {
             "format": FORMAT,
             "schema_version": self.schema_version,
             "name": self.name,
@@ -106,8 +136,13 @@ class Manifest:
             "camera": self.camera.to_json(),
             "robot": dataclasses.asdict(self.robot),
             "licences": list(self.licences),
-            "files": {path: self.files[path].to_json() for path in sorted(self.files)},
         }
+        # Written only where they say something: other releases keep their bytes.
+        if not self.redistribution:
+            document["redistribution"] = False
+        if self.partial_of is not None:
+            document["partial_of"] = self.partial_of.to_json()
+        document["files"] = {path: self.files[path].to_json() for path in sorted(self.files)}
         return json.dumps(document, indent=2) + "\n"
 
     @classmethod
@@ -119,8 +154,13 @@ class Manifest:
         """
         if path.stat().st_size > MAX_MANIFEST_BYTES:
             raise ValueError(f"{name}: larger than {MAX_MANIFEST_BYTES} bytes; not a manifest")
+        return cls._parsed(path.read_bytes(), name)
+
+    @classmethod
+    @functools.lru_cache(maxsize=8)  # every split and condition of a release opens it anew
+    def _parsed(cls, payload: bytes, name: str) -> Manifest:
         try:
-            document = json.loads(path.read_text(encoding="utf-8"))
+            document = json.loads(payload.decode())
         except (ValueError, RecursionError) as error:
             raise ValueError(f"{name}: not JSON ({error}); fetch or build it again") from error
         if not isinstance(document, dict) or document.get("format") != FORMAT:
@@ -149,6 +189,12 @@ class Manifest:
             files[path] = FileEntry(
                 int(entry["bytes"]), str(entry["sha256"]), int(entry["rows"]), keys
             )
+        partial = None
+        if document.get("partial_of") is not None:
+            partial = Partial.from_json(document["partial_of"])
+            for path in files:
+                if path.startswith("episodes/") and path not in partial.first_rows:
+                    raise ValueError(f"partial_of does not say the first row of {path}")
         return cls(
             name=str(document["name"]),
             recipe=str(document["recipe"]),
@@ -159,7 +205,15 @@ class Manifest:
             files=files,
             licences=tuple(document["licences"]),
             schema_version=str(document["schema_version"]),
+            redistribution=_boolean(document.get("redistribution", True), "redistribution"),
+            partial_of=partial,
         )
+
+
+def _boolean(value: object, name: str) -> bool:
+    if not isinstance(value, bool):
+        raise ValueError(f"{name} must be true or false, got {value!r}")
+    return value
 
 
 def sha256_of(path: Path) -> str:

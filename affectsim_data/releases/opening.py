@@ -11,7 +11,7 @@ from affectsim_data.releases.stores import Store, open_store
 
 __all__ = ["open_release"]
 
-_open: weakref.WeakValueDictionary[tuple[str, str], Release] = weakref.WeakValueDictionary()
+_open: weakref.WeakValueDictionary[str, Release] = weakref.WeakValueDictionary()
 
 
 def open_release(source: str | Path = "mini") -> Release:
@@ -39,8 +39,7 @@ def _shared(store: Store) -> Release:
 
     Datasets of several splits and conditions then read, hold and upload every scene once.
     """
-    key = (store.uri, store.manifest.to_json())
-    release = _open.get(key)
-    if release is None:
-        release = _open[key] = Release(store)
+    release = _open.get(store.uri)
+    if release is None or release.manifest != store.manifest:
+        release = _open[store.uri] = Release(store)
     return release

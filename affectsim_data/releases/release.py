@@ -16,17 +16,16 @@ from affectsim_data.episodes import Episode, Participant, Person, World
 from affectsim_data.navmesh import NavMesh
 from affectsim_data.releases.manifest import Manifest
 from affectsim_data.releases.rows import read_motion
-from affectsim_data.releases.stores import Store
+from affectsim_data.releases.splits import SplitTable
+from affectsim_data.releases.stores import FolderStore, Store
+from affectsim_data.releases.tables import open_parquet
 from affectsim_data.scenes import Scene
-from affectsim_data.schemas import SCHEMAS, SPLITS, AssetTable, TableName, check_table
+from affectsim_data.schemas import SCHEMAS, SPLITS, AssetTable
 
 __all__ = ["Release"]
 
 _Item = TypeVar("_Item")
-_MOTIONS_KEPT, _SCENES_KEPT, _AVATARS_KEPT, _SHARDS_KEPT = 256, 8, 32, 128
-_INDEX_CATEGORIES = [
-    name for name in SCHEMAS["index"].names if name not in ("episode_id", "target")
-]
+_MOTIONS_KEPT, _SCENES_KEPT, _AVATARS_KEPT = 256, 8, 32
 
 
 class Release:
@@ -45,14 +44,13 @@ class Release:
         """
         self._store = store
         self._scenes_kept = scenes_kept
-        self._indices: dict[str, pa.Table] = {}
+        self._splits: dict[str, SplitTable] = {}
         self._places: dict[AssetTable, dict[str, tuple[str, int]]] = {}
         everything = SCHEMAS["motions"].names[1:]
         self.motion = self._kept(_MOTIONS_KEPT, "motions", everything, read_motion)
         self.scene = self._kept(scenes_kept, "scenes", ["glb"], _read_scene)
         self.navmesh = self._kept(scenes_kept, "scenes", ["navmesh"], _read_navmesh)
         self.avatar = self._kept(_AVATARS_KEPT, "avatars", ["glb"], _read_avatar)
-        self._shard = functools.lru_cache(maxsize=_SHARDS_KEPT)(self._read_shard)
 
     def _kept(
         self,
@@ -85,6 +83,43 @@ class Release:
         """Where it is; on the Hub, with the commit."""
         return self._store.uri
 
+    @functools.cached_property
+    def content_sha256(self) -> str:
+        """Names what is in it, wherever it is; a partial copy is called as the whole."""
+        partial = self.manifest.partial_of
+        return self.manifest.sha256 if partial is None else partial.manifest_sha256
+
+    @property
+    def is_remote(self) -> bool:
+        """Whether files come over a network, so that it is of use to `prefetch` them."""
+        return not isinstance(self._store, FolderStore)
+
+    def split_table(self, split: str) -> SplitTable:
+        """The episodes of a split; reads nothing yet.
+
+        Raises:
+            ValueError: Not a split, or the release has no episode in it.
+        """
+        if split not in self._splits:
+            if split not in SPLITS:
+                raise ValueError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
+            counts = {one: self.manifest.num_rows("index", one) for one in SPLITS}
+            if not counts[split]:
+                partial = self.manifest.partial_of
+                if partial is not None:
+                    raise ValueError(partial.lacks(split, folder=self.uri))
+                raise ValueError(f"{self.uri}: split {split!r} is empty; episodes: {counts}")
+            self._splits[split] = SplitTable(self._store, split, self._asset_places)
+        return self._splits[split]
+
+    def num_episodes(self, split: str) -> int:
+        """Episodes of a split, of which a partial copy may hold fewer.
+
+        Raises:
+            ValueError: Not a split, or the release has no episode in it.
+        """
+        return self.split_table(split).num_episodes
+
     def episode_index(self, split: str) -> pa.Table:
         """What the episodes of a split are and which assets they need, one row each.
 
@@ -94,42 +129,23 @@ class Release:
         Raises:
             ValueError: Not a split, or the release has no episode in it.
         """
-        if split not in SPLITS:
-            raise ValueError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
-        if split not in self._indices:
-            counts = {one: self.manifest.num_rows("index", one) for one in SPLITS}
-            if not counts[split]:
-                raise ValueError(f"{self.uri}: split {split!r} is empty; episodes: {counts}")
-            shards = [
-                self._read_table("index", name, read_dictionary=_INDEX_CATEGORIES)
-                for name in self.manifest.table_files("index", split)
-            ]
-            self._indices[split] = pa.concat_tables(shards).unify_dictionaries()
-        return self._indices[split]
+        return self.split_table(split).index
 
-    def episode_table(self, split: str) -> pa.Table:
-        """All columns of all episodes of a split.
+    def episode_table(self, split: str, columns: Sequence[str] | None = None) -> pa.Table:
+        """Columns, all if not said, of the episodes of a split that are here.
 
         Raises:
             ValueError: Not a split, or the release has no episode in it.
         """
-        self.episode_index(split)
-        names = self.manifest.table_files("episodes", split)
-        return pa.concat_tables([self._shard(name) for name in names])
+        return self.split_table(split).table(columns)
 
     def episode(self, split: str, index: int) -> Episode:
-        """The episode at a place of a split's table."""
-        names, starts = self._episode_shards(split)
-        number = bisect.bisect_right(starts, index) - 1
-        row = index - starts[number]
-        columns = zip(SCHEMAS["episodes"].names, self._shard(names[number]).columns, strict=True)
-        return Episode.from_row({name: column.chunk(0)[row].as_py() for name, column in columns})
+        """The episode at a place of a split's table.
 
-    def _episode_shards(self, split: str) -> tuple[list[str], list[int]]:
-        """Files of a split's table, and the place of the first row of each."""
-        names = self.manifest.table_files("episodes", split)
-        rows = [self.manifest.files[name].rows for name in names]
-        return names, [0, *itertools.accumulate(rows[:-1])]
+        Raises:
+            FileNotFoundError: This copy of the release is partial, and without that episode.
+        """
+        return self.split_table(split).episode(index)
 
     def find_episode(self, episode_id: str) -> Episode:
         """The episode of that identifier, in any split.
@@ -175,30 +191,20 @@ class Release:
         Raises:
             KeyError: An episode names an asset the release does not have.
         """
-        names, starts = self._episode_shards(split)
-        places = list(rows)
-        needed = [names[bisect.bisect_right(starts, row) - 1] for row in places]
-        index = self.episode_index(split).take(places)
-        columns: tuple[tuple[AssetTable, str], ...] = (
-            ("scenes", "scene_id"),
-            *(("motions", name) for name in ("motion_id", "partner_motion_id")),
-            *(("avatars", name) for name in ("avatar_id", "partner_avatar_id")),
-        )
-        per_row = [needed]
-        for table, column in columns:
-            asset_ids = index.column(column).to_pylist()
-            per_row.append([self._asset_place(table, key)[0] for key in asset_ids if key])
-        return list(dict.fromkeys(itertools.chain.from_iterable(per_row)))
+        return self.split_table(split).files(rows)
 
     def prefetch(self, files: Iterable[str]) -> None:
         """Has files fetched in the background where they are not here yet; returns at once."""
         self._store.prefetch(files)
 
-    def _asset_place(self, table: AssetTable, asset_id: str) -> tuple[str, int]:
+    def _asset_places(self, table: AssetTable) -> dict[str, tuple[str, int]]:
         if table not in self._places:
             self._places[table] = self.manifest.asset_places(table)
+        return self._places[table]
+
+    def _asset_place(self, table: AssetTable, asset_id: str) -> tuple[str, int]:
         try:
-            return self._places[table][asset_id]
+            return self._asset_places(table)[asset_id]
         except KeyError:
             raise KeyError(f"{self.uri}: {table} has no {asset_id!r}") from None
 
@@ -207,35 +213,13 @@ class Release:
     ) -> dict[str, Any]:
         name, place = self._asset_place(table, asset_id)
         key = SCHEMAS[table].names[0]
-        with self._open_parquet(table, name) as file:
+        with open_parquet(self._store, table, name) as file:
             group, place = _row_group(file, place)
             group_rows = file.read_row_group(group, [key, *columns])
         row: dict[str, Any] = group_rows.slice(place, 1).to_pylist()[0]
         if row[key] != asset_id:
             raise ValueError(f"{name}: the manifest promises {asset_id!r}, it holds {row[key]!r}")
         return row
-
-    def _read_shard(self, name: str) -> pa.Table:
-        return self._read_table("episodes", name).combine_chunks()
-
-    def _read_table(self, table: TableName, name: str, **options: Any) -> pa.Table:
-        with self._open_parquet(table, name, **options) as file:
-            found = file.read(columns=SCHEMAS[table].names)
-        if found.num_rows != self.manifest.files[name].rows:
-            raise ValueError(
-                f"{name}: the manifest says {self.manifest.files[name].rows} rows, "
-                f"the file holds {found.num_rows}"
-            )
-        return found
-
-    def _open_parquet(self, table: TableName, name: str, **options: Any) -> pq.ParquetFile:
-        source = pa.BufferReader(self._store.read(name))
-        try:
-            check_table(pq.read_schema(source), table, file=name)
-            source.seek(0)
-            return pq.ParquetFile(source, **options)
-        except (pa.ArrowInvalid, OSError) as error:
-            raise ValueError(f"{name}: not a Parquet file: {error}") from error
 
 
 def _row_group(file: pq.ParquetFile, row: int) -> tuple[int, int]:

@@ -3,25 +3,34 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Protocol
 
-from affectsim_data.errors import IntegrityError
+from affectsim_data.releases.hub import HubStore
 from affectsim_data.releases.manifest import MANIFEST_NAME, Manifest, read_verified
 
 __all__ = ["FolderStore", "HubStore", "Store", "open_store"]
 
+DOWNLOAD_NOTE_NAME = ".download.json"
+"""In a folder that a download has not finished: what it will be."""
 _HUB_URI = re.compile(r"hf://datasets/([\w.-]+/[\w.-]+)(?:@([\w./-]+))?/?")
 
 
 class Store(Protocol):
     """Gives the contents of a release's files, checked against its manifest."""
 
-    manifest: Manifest
-    uri: str
-    """What the release is called in samples, errors and checkpoints."""
+    @property
+    def manifest(self) -> Manifest:
+        """Its table of contents."""
+        ...
+
+    @property
+    def uri(self) -> str:
+        """What the release is called in samples, errors and checkpoints."""
+        ...
 
     def read(self, name: str) -> bytes:
         """Contents of a file of the manifest.
@@ -35,6 +44,10 @@ class Store(Protocol):
         """Has files fetched in the background where they are not at hand; returns at once."""
         ...
 
+    def is_local(self, name: str) -> bool:
+        """Whether reading a file of the manifest needs no network."""
+        ...
+
 
 @dataclasses.dataclass
 class FolderStore:
@@ -46,21 +59,35 @@ class FolderStore:
         self.uri = str(self.root)
         path = self.root / MANIFEST_NAME
         if not path.is_file():
+            remedy = f"build one with `affectsim build RECIPE --out {self.root}`"
+            if (self.root / DOWNLOAD_NOTE_NAME).is_file():
+                remedy = "its download did not end: run the same `affectsim download` again"
             raise FileNotFoundError(
                 f"{self.root}: no {MANIFEST_NAME}, so this is no release or an unfinished one; "
-                f"build one with `affectsim build RECIPE --out {self.root}`"
+                f"{remedy}"
             )
         self.manifest = Manifest.from_path(path, name=str(path))
         self._check_inventory()
 
     def _check_inventory(self) -> None:
-        missing = [name for name in self.manifest.files if not (self.root / name).is_file()]
+        folders = {name.rpartition("/")[0] for name in self.manifest.files}
+        there = {folder: self._files(folder) for folder in folders}
+        parts = {name: name.rpartition("/") for name in self.manifest.files}
+        missing = [name for name, (folder, _, file) in parts.items() if file not in there[folder]]
         if missing:
             listed = ", ".join(missing[:20]) + (" ..." if len(missing) > 20 else "")
             raise FileNotFoundError(
                 f"{self.root}: {len(missing)} of {len(self.manifest.files)} files of its manifest "
                 f"are missing: {listed}; {self._remedy}"
             )
+
+    def _files(self, folder: str) -> set[str]:
+        """Names of the files in a folder; far quicker than asking for each."""
+        try:
+            with os.scandir(self.root / folder) as entries:
+                return {entry.name for entry in entries if entry.is_file()}
+        except (FileNotFoundError, NotADirectoryError):
+            return set()
 
     @property
     def _remedy(self) -> str:
@@ -74,77 +101,9 @@ class FolderStore:
     def prefetch(self, names: Iterable[str]) -> None:
         """Does nothing: everything is at hand."""
 
-
-@dataclasses.dataclass
-class HubStore:
-    """A release on the Hugging Face Hub; files are fetched when first asked for."""
-
-    repo_id: str
-    revision: str
-
-    def __post_init__(self) -> None:
-        manifest_path = self._download(MANIFEST_NAME)
-        # The cache lays files out as snapshots/COMMIT/NAME: pin every later fetch to that commit.
-        self.commit = manifest_path.parent.name
-        self.uri = f"hf://datasets/{self.repo_id}@{self.commit}"
-        self.manifest = Manifest.from_path(manifest_path, name=f"{self.uri}/{MANIFEST_NAME}")
-
-    def _download(self, name: str, *, force: bool = False) -> Path:
-        from huggingface_hub import hf_hub_download
-        from huggingface_hub.errors import (
-            EntryNotFoundError,
-            HFValidationError,
-            LocalEntryNotFoundError,
-            RepositoryNotFoundError,
-            RevisionNotFoundError,
-        )
-
-        place = f"hf://datasets/{self.repo_id}@{self.revision}"
-        try:
-            return Path(
-                hf_hub_download(
-                    self.repo_id,
-                    name,
-                    repo_type="dataset",
-                    revision=getattr(self, "commit", self.revision),
-                    force_download=force,
-                )
-            )
-        except RevisionNotFoundError as error:
-            raise FileNotFoundError(f"{place}: there is no such revision") from error
-        except RepositoryNotFoundError as error:
-            raise FileNotFoundError(
-                f"{place}: no such dataset, or it is private; `hf auth login` if it is yours"
-            ) from error
-        except LocalEntryNotFoundError as error:
-            raise FileNotFoundError(
-                f"{place}: {name} is not in the local cache and the Hub cannot be reached; "
-                "check the network, and HF_HUB_OFFLINE"
-            ) from error
-        except EntryNotFoundError as error:
-            raise FileNotFoundError(f"{place}: has no {name}; the release is incomplete") from error
-        except HFValidationError as error:
-            raise ValueError(f"{place}: {error}") from error
-        except Exception as error:  # what the client's transport raises differs by its version
-            raise ConnectionError(f"{place}: fetching {name} failed: {error}") from error
-
-    def prefetch(self, names: Iterable[str]) -> None:
-        """Does nothing yet."""
-
-    def read(self, name: str) -> bytes:
-        """Contents of a file of the manifest: fetched, checked, fetched once more if broken."""
-        path = self._download(name)
-        label, entry = f"{self.uri}/{name}", self.manifest.files[name]
-        try:
-            remedy = "the local copy is damaged and the Hub cannot be reached; check the network"
-            return read_verified(path, label, entry, remedy=remedy)
-        except IntegrityError as damage:
-            try:
-                path = self._download(name, force=True)
-            except ConnectionError as error:
-                raise damage from error
-            remedy = "what the Hub serves is not what the manifest says; tell the publisher"
-            return read_verified(path, label, entry, remedy=remedy)
+    def is_local(self, name: str) -> bool:
+        """Whether reading a file of the manifest needs no network: always."""
+        return name in self.manifest.files
 
 
 def open_store(source: str | Path) -> Store:

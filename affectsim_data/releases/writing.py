@@ -98,8 +98,12 @@ class ReleaseWriter:
         camera: Camera,
         robot: Robot,
         licences: Sequence[str],
+        redistribution: bool = True,
     ) -> Manifest:
-        """Writes the manifest and moves the release into place."""
+        """Writes the manifest and moves the release into place.
+
+        `redistribution` says whether what is inside may be passed on; the rest is in `Manifest`.
+        """
         manifest = Manifest(
             name=name,
             recipe=recipe,
@@ -109,6 +113,7 @@ class ReleaseWriter:
             robot=robot,
             files=dict(sorted(self._files.items())),
             licences=tuple(licences),
+            redistribution=redistribution,
         )
         path = self._staging / MANIFEST_NAME
         path.write_text(manifest.to_json(), encoding="utf-8")

@@ -36,7 +36,8 @@ def open_renderer(
 
     Args:
         name: `egl`, or `pyrender`, the slow reference.
-        device: EGL device index; `None` for `AFFECTSIM_EGL_DEVICE`, else the first that opens.
+        device: EGL device index; `None` for `AFFECTSIM_EGL_DEVICE`, else one of several GPUs by
+            `LOCAL_RANK`, else the first that opens.
         cache_bytes: Bound on what scenes and bodies take on the device; `egl` only.
 
     Raises:

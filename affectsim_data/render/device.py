@@ -56,7 +56,8 @@ def describe_device(device: int | None = None) -> DeviceInfo:
     """The device a renderer would open now; opens and closes a context of its own.
 
     Args:
-        device: Index; `None` for `AFFECTSIM_EGL_DEVICE`, else the first that opens.
+        device: Index; `None` for `AFFECTSIM_EGL_DEVICE`, else one of several GPUs by `LOCAL_RANK`,
+            else the first that opens.
 
     Raises:
         RendererUnavailableError: No device opens; the message says what to install.

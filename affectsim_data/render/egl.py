@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import os
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from affectsim_data.errors import ForkedContextError, RendererUnavailableError
@@ -18,6 +19,7 @@ __all__ = [
     "EglContext",
     "EglDevice",
     "FORK_REMEDY",
+    "choose_device",
     "claim_display",
     "default_device",
     "egl_devices",
@@ -40,6 +42,7 @@ _NONE = 0x3038
 _CONFIG = (0x3033, _PBUFFER_BIT, 0x3024, 8, 0x3023, 8, 0x3022, 8, 0x3040, _OPENGL_BIT, _NONE)
 _CORE_3_3 = (0x3098, 3, 0x30FB, 3, 0x30FD, 1, _NONE)
 _FIRST_CONFIG_ONLY = 1
+_CUDA = "EGL_NV_device_cuda"
 
 _P, _I, _S = ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p
 _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
@@ -134,13 +137,43 @@ def egl_devices() -> tuple[EglDevice, ...]:
 
 
 def default_device() -> int | None:
-    """The device `AFFECTSIM_EGL_DEVICE` names, or `None` for the first that opens."""
-    value = os.environ.get("AFFECTSIM_EGL_DEVICE", "")
-    if not value:
+    """The device this process is to draw with; `None` for the first that opens.
+
+    Raises:
+        RendererUnavailableError: Several devices to choose from, perhaps, but no EGL to ask.
+        ValueError: See `choose_device`.
+    """
+    if os.environ.get("AFFECTSIM_EGL_DEVICE") or not os.environ.get("LOCAL_RANK"):
+        return choose_device((), os.environ)
+    return choose_device(egl_devices(), os.environ)
+
+
+def choose_device(devices: Sequence[EglDevice], environment: Mapping[str, str]) -> int | None:
+    """Index of the device that the environment gives a process; `None` if it does not say.
+
+    `AFFECTSIM_EGL_DEVICE` names one. Else, where there are several GPUs, the processes that a
+    launcher started on this machine take turns by `LOCAL_RANK`. Where some of the GPUs are NVIDIA's
+    only these count: the others are the board's own, or Mesa's entries for the same cards.
+
+    Raises:
+        ValueError: One of the two variables is not a number from 0 up.
+    """
+    named = _index(environment, "AFFECTSIM_EGL_DEVICE", "a device index")
+    if named is not None:
+        return named
+    hardware = [device for device in devices if not device.software]
+    gpus = [device for device in hardware if _CUDA in device.extensions.split()] or hardware
+    local_rank = _index(environment, "LOCAL_RANK", "a number from 0 up")
+    if local_rank is None or len(gpus) < 2:
         return None
-    if not value.isdigit():
-        raise ValueError(f"AFFECTSIM_EGL_DEVICE must be a device index, got {value!r}")
-    return int(value)
+    return gpus[local_rank % len(gpus)].index
+
+
+def _index(environment: Mapping[str, str], name: str, meaning: str) -> int | None:
+    value = environment.get(name, "")
+    if value and not value.isdecimal():
+        raise ValueError(f"{name} must be {meaning}, got {value!r}")
+    return int(value) if value else None
 
 
 class EglContext:
