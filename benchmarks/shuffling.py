@@ -28,7 +28,7 @@ WINDOWS = (1, 256, 1024, 4096)
 """Of the scene-aware order; a window of one episode is the plain order."""
 _BATCHES = (16, 64)
 _EPOCHS = 5
-_SEEDS = 8
+_SEEDS = 16
 _FEATURES = 32
 _SEPARATION = 2.0
 """Length of the mean of an emotion's features; their noise has variance 1 in every direction."""

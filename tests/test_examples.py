@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from textwrap import indent
 
 import pytest
 
@@ -32,22 +33,24 @@ def test_examples_run(path: Path, tmp_path: Path) -> None:
     assert "You learn" in lines[0]
 
 
-def readme_blocks() -> list[str]:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    return re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+def code_blocks(page: str) -> list[str]:
+    """Python of a page, block by block, without places that only a reader has."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    return [re.sub(r"^.*\((?:\"path/to|\"hf://).*\n", "", block, flags=re.M) for block in blocks]
 
 
 @pytest.mark.egl
-def test_readme_code_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.chdir(tmp_path)
-    blocks = readme_blocks()
-    assert blocks
-    for block in blocks:
-        # Places that only a reader has: a folder and a dataset of theirs.
-        lines = [line for line in block.splitlines() if not re.search(r"path/to|hf://", line)]
-        code = "\n".join(lines)
-        code += "\nbatch = next(iter(loader))\nassert batch['video'].shape[2:] == (3, 224, 224)\n"
-        subprocess.run([sys.executable, "-c", code], check=True, timeout=250)
+@pytest.mark.slow
+@pytest.mark.parametrize("page", ["README.md", "docs/loading.md"])
+def test_the_code_in_the_docs_runs(page: str, tmp_path: Path) -> None:
+    body = indent("\n".join(code_blocks(page)), "    ")
+    script = tmp_path / "page.py"
+    script.write_text(f"def main():\n{body}\n\nif __name__ == '__main__':\n    main()\n")
+    done = subprocess.run(
+        [sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=250
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
 
 
 def module_names() -> list[str]:

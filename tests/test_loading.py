@@ -7,14 +7,17 @@ import itertools
 import json
 import multiprocessing
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from tiny_episodes import Seen, TinyEpisodes, interleaved, seen, seen_in
 from torch.utils.data import default_collate
 
+from affectsim_data import AffectSimDataset, Clip, Sample
 from affectsim_data.loaders import EpisodeBatches, EpisodeLoader, data_loader
-from affectsim_data.loaders.order import Shuffle, epoch_order
+from affectsim_data.loaders.batches import DEFAULT_WINDOW
+from affectsim_data.loaders.order import EpisodeOrder, Shuffle, epoch_order
 
 NUM_EPISODES = 20
 CONFIGURATIONS = [(0, False), (1, False), (2, False), (2, True)]
@@ -276,3 +279,35 @@ def test_a_batch_that_failed_was_not_had(num_workers: int) -> None:
     with pytest.raises(OSError, match="the sixth episode is gone"):
         next(batches)
     assert one.state_dict()["consumed"] == 4
+
+
+def place_of(sample: Sample) -> tuple[str, int, int, bool]:
+    return sample["episode_id"], sample["epoch"], sample["position"], sample["padding"]
+
+
+def as_they_are(samples: list[Any]) -> list[Any]:
+    return samples
+
+
+@pytest.mark.egl
+def test_drawn_samples_say_their_place_and_resume(small_release_path: Path) -> None:
+    dataset = AffectSimDataset(
+        small_release_path,
+        split="train",
+        condition="p_init",
+        clip=Clip(num_frames=1, width=16, height=16),
+        transform=place_of,
+    )
+    order = EpisodeOrder(dataset, shuffle="scenes", window=DEFAULT_WINDOW, seed=0)
+    expected = [
+        (dataset.episode(int(row)).episode_id, epoch, position, False)
+        for epoch in range(2)
+        for position, row in enumerate(order.rows(epoch))
+    ]
+    options: dict[str, Any] = {"shuffle": "scenes", "collate_fn": as_they_are}
+    first = data_loader(dataset, num_workers=1, timeout=120, **options)
+    got = [one for batch in itertools.islice(first, 1) for one in batch]
+    second = data_loader(dataset, batch_size=2, resume=first.state_dict(), **options)
+    got += [one for _ in range(2) for batch in second for one in batch]
+    assert got == expected
+    assert second.state_dict()["release"] == dataset.source

@@ -169,6 +169,12 @@ def test_impossible_shares_are_refused(options: dict[str, Any], message: str) ->
         EpisodeBatches(TinyEpisodes(7), **options)
 
 
+def test_a_trainer_that_would_share_the_batches_again_is_stopped() -> None:
+    batches = data_loader(TinyEpisodes(7), rank=0, world_size=2).batch_sampler
+    with pytest.raises(ValueError, match=r"one rank and cannot be sharded again; do not pass"):
+        getattr(batches, "drop_last", False)  # the words of Accelerate's BatchSamplerShard
+
+
 def test_the_rank_is_the_given_one_else_the_only_one() -> None:
     assert find_rank(3, 8) == Rank(3, 8, given=True)
     assert find_rank(environment={}) == Rank(0, 1, given=False)

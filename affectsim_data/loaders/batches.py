@@ -63,7 +63,6 @@ class EpisodeBatches(Sampler[list[Place]]):
         Raises:
             ValueError: An argument out of range, or nothing is left to load.
         """
-        # No public batch_size or drop_last: trainers that find both build a sampler of their own.
         self._stride = max(1, num_workers)
         self._plan = EpisodePlan(
             dataset,
@@ -95,6 +94,20 @@ class EpisodeBatches(Sampler[list[Place]]):
     def epoch(self) -> int:
         """The epoch of the next pass."""
         return self._start.epoch
+
+    @property
+    def drop_last(self) -> bool:
+        """Not to be asked for: who does is about to share these batches among the ranks again.
+
+        Accelerate's `prepare` would, and every rank would silently lose most of its data.
+
+        Raises:
+            ValueError: Always.
+        """
+        raise ValueError(
+            "EpisodeBatches already holds the batches of one rank and cannot be sharded again; do "
+            "not pass this loader to Accelerator.prepare, only the model and the optimizer"
+        )
 
     @property
     def latest_pass(self) -> EpisodePass | None:

@@ -13,6 +13,7 @@ from affectsim_data.loaders.batches import DEFAULT_WINDOW, EpisodeBatches, Episo
 from affectsim_data.loaders.distribution import Ends
 from affectsim_data.loaders.order import Episodes, Shuffle
 from affectsim_data.loaders.plans import ResumeToken
+from affectsim_data.loaders.workers import WorkerStart
 
 __all__ = ["EpisodeLoader", "data_loader"]
 
@@ -182,6 +183,8 @@ def data_loader(
     num_workers = options.get("num_workers", 0)
     if num_workers and options.get("multiprocessing_context") is None:
         options["multiprocessing_context"] = multiprocessing.get_context("forkserver")
+    if num_workers:
+        options["worker_init_fn"] = WorkerStart(options.get("worker_init_fn"))
     batches = CountedBatches(
         dataset,
         batch_size=batch_size,
