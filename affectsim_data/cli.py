@@ -31,7 +31,7 @@ def doctor(*, device: int | None = None) -> int:
     Args:
         device: EGL device to examine; the default one if not given.
     """
-    from affectsim_data.inspection import examine
+    from affectsim_data.inspection.doctor import examine
 
     lines, works = examine(device=device)
     print("\n".join(lines))
@@ -255,7 +255,7 @@ def inspect(
         episode: Its episode_id, for example mini/test-00000.
         out: The .rrd to write; named after the episode if not given.
     """
-    from affectsim_data.inspection import record_episode
+    from affectsim_data.inspection.recording import record_episode
     from affectsim_data.releases import open_release
     from affectsim_data.render import open_renderer
 
@@ -300,6 +300,9 @@ def main(arguments: list[str] | None = None) -> int:
             args=arguments,
         )
         return status
+    except BrokenPipeError:  # whoever read our output has had enough: `affectsim info | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except expected as error:
         if os.environ.get("AFFECTSIM_TRACEBACK"):
             raise

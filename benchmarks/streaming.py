@@ -28,7 +28,7 @@ from benchmarks.slow_hub import REPO_ID, hub_environment, slow_hub
 from benchmarks.wide import wide_release_path
 
 _BATCH = 16
-_STEADY_BATCHES = 24
+_STEADY_BATCHES = 20
 _SCENES_KEPT = 4
 _PLAIN_BLOCK, _AWARE_BLOCK, _ROUNDS = 40, 150, 2
 _MEMORY_SAMPLES = 2_000

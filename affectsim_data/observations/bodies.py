@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from affectsim_data.episodes import Person
 from affectsim_data.poses import FloatArray
@@ -43,6 +42,8 @@ class BodyPath:
 
 def body_path(person: Person) -> BodyPath:
     """The smoothed way of a person over one cycle."""
+    from scipy.ndimage import gaussian_filter1d  # slow to import, and few conditions need it
+
     duration = person.motion.duration_s
     count = max(2, round(duration * _PATH_FPS))
     frames = person.joint_frames(np.arange(count) * duration / count)

@@ -6,14 +6,13 @@ import bisect
 import functools
 import itertools
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from affectsim_data.avatars import Avatar
 from affectsim_data.episodes import Episode, Participant, Person, World
-from affectsim_data.navmesh import NavMesh
 from affectsim_data.releases.manifest import Manifest
 from affectsim_data.releases.rows import read_motion
 from affectsim_data.releases.splits import SplitTable
@@ -21,6 +20,9 @@ from affectsim_data.releases.stores import FolderStore, Store
 from affectsim_data.releases.tables import open_parquet
 from affectsim_data.scenes import Scene
 from affectsim_data.schemas import SCHEMAS, SPLITS, AssetTable
+
+if TYPE_CHECKING:
+    from affectsim_data.navmesh import NavMesh
 
 __all__ = ["Release"]
 
@@ -235,6 +237,8 @@ def _read_scene(row: dict[str, Any], where: str) -> Scene:
 
 
 def _read_navmesh(row: dict[str, Any], where: str) -> NavMesh:
+    from affectsim_data.navmesh import NavMesh  # half a second of SciPy that drawing does not need
+
     return NavMesh.from_bytes(row["navmesh"], name=where)
 
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from affectsim_data.avatars import Avatar
 from affectsim_data.motions import Motion
-from affectsim_data.navmesh import NavMesh
 from affectsim_data.scenes import Scene
 from affectsim_data.schemas import array_columns, read_array
+
+if TYPE_CHECKING:
+    from affectsim_data.navmesh import NavMesh
 
 __all__ = ["avatar_row", "motion_row", "navmesh_sha256", "read_motion", "scene_row"]
 
