@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_release import limb_avatar
 
 from affectsim_data.avatars import Avatar
 from affectsim_data.content import content_path
@@ -164,3 +165,13 @@ def test_surface_samples_repeat_and_follow_the_body(avatar: Avatar) -> None:
         rest_root(avatar) + shift / avatar.motion_scale, identity_rotations()
     )
     assert np.allclose(first.skin(matrices)[0], first.positions + shift, atol=1e-6)
+
+
+def test_rounded_bodies_are_the_same_to_an_eighth_of_a_millimetre() -> None:
+    avatar = limb_avatar("plain", scale=1.0373)
+    rounded = avatar.rounded()
+    for before, after in zip(avatar.meshes, rounded.meshes, strict=True):
+        assert np.abs(after.positions - before.positions).max() <= 2.0**-14 + 1e-7
+        assert np.abs(after.normals - before.normals).max() <= 2.0**-9 + 1e-7
+        assert not np.array_equal(after.positions, before.positions)
+    assert rounded.rounded().to_glb() == rounded.to_glb()

@@ -57,11 +57,11 @@ def recipe_homes(recipe: Recipe) -> list[HomeRecipe]:
 
 
 def load_avatars(recipe: Recipe) -> list[Avatar]:
-    """The baked bodies a recipe names."""
+    """The baked bodies a recipe names, as releases store them."""
     avatars = []
     for avatar_id in recipe.avatar_ids:
         path = content_path("builders", f"avatars/{avatar_id}.glb")
-        avatars.append(Avatar.from_glb(path.read_bytes(), name=str(path)))
+        avatars.append(Avatar.from_glb(path.read_bytes(), name=str(path)).rounded())
     return avatars
 
 

@@ -142,8 +142,11 @@ class Manifest:
             document["redistribution"] = False
         if self.partial_of is not None:
             document["partial_of"] = self.partial_of.to_json()
-        document["files"] = {path: self.files[path].to_json() for path in sorted(self.files)}
-        return json.dumps(document, indent=2) + "\n"
+        head = json.dumps(document, indent=2).removesuffix("\n}")
+        # A line per file: it is the bulk, and the first thing that every reader fetches.
+        compact = json.JSONEncoder(separators=(",", ":")).encode
+        lines = [f"    {compact(p)}:{compact(self.files[p].to_json())}" for p in sorted(self.files)]
+        return f'{head},\n  "files": {{\n' + ",\n".join(lines) + "\n  }\n}\n"
 
     @classmethod
     def from_path(cls, path: Path, *, name: str) -> Manifest:

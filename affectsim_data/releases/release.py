@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 
 from affectsim_data.avatars import Avatar
 from affectsim_data.episodes import Episode, Participant, Person, World
+from affectsim_data.releases.heap import trim_heap
 from affectsim_data.releases.manifest import Manifest
 from affectsim_data.releases.rows import read_motion
 from affectsim_data.releases.splits import SplitTable
@@ -233,7 +234,9 @@ def _row_group(file: pq.ParquetFile, row: int) -> tuple[int, int]:
 
 
 def _read_scene(row: dict[str, Any], where: str) -> Scene:
-    return Scene.from_glb(row["glb"], name=where)
+    scene = Scene.from_glb(row["glb"], name=where)
+    trim_heap()  # of the scene that makes room, too
+    return scene
 
 
 def _read_navmesh(row: dict[str, Any], where: str) -> NavMesh:
