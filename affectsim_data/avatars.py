@@ -167,15 +167,15 @@ class Avatar:
         )
 
     def rounded(self) -> Avatar:
-        """The body as releases store it: positions to 1/8 mm, normals to 1/256.
+        """The body as releases store it: positions to 1/4 mm, normals to 1/128.
 
-        Nobody sees the difference, and shards compress it to little more than half.
+        Nobody sees the difference, and shards compress it to half.
         """
         meshes = tuple(
             dataclasses.replace(
                 mesh,
-                positions=_rounded(mesh.positions, bits=13),
-                normals=_rounded(mesh.normals, bits=8),
+                positions=_rounded(mesh.positions, bits=12),
+                normals=_rounded(mesh.normals, bits=7),
             )
             for mesh in self.meshes
         )
