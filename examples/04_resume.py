@@ -1,8 +1,7 @@
 """You learn: a training run that is killed and resumed with other workers loses nothing.
 
-Three runs of the same training: one undisturbed, one killed without warning in the middle of an
-epoch, and one that goes on from the killed run's checkpoint with another number of workers. The
-loss curves are the same to the last bit.
+Of two runs of a training one is killed without warning in the middle of an epoch and goes on from
+its checkpoint with another number of workers. The loss curves are the same to the last bit.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ def train(checkpoint: Path, *, num_workers: int, killed_at: int = -1) -> list[fl
     torch.manual_seed(0)
     model = nn.Sequential(nn.Flatten(), nn.Linear(8 * 16 * 16, 32), nn.ReLU(), nn.Linear(32, 5))
     optimizer = torch.optim.Adam(model.parameters(), lr=1e-3)
-    losses: list[float] = []
+    losses, staged = list[float](), checkpoint.with_suffix(".partial")
     if checkpoint.exists():
         saved = torch.load(checkpoint)
         model.load_state_dict(saved["model"])
@@ -57,7 +56,6 @@ def train(checkpoint: Path, *, num_workers: int, killed_at: int = -1) -> list[fl
                 os.kill(os.getpid(), signal.SIGKILL)
             if len(losses) % CHECKPOINT_EVERY == 0:
                 state = {"model": model.state_dict(), "optimizer": optimizer.state_dict()}
-                staged = checkpoint.with_suffix(".partial")
                 torch.save({**state, "loader": loader.state_dict(), "losses": losses}, staged)
                 staged.replace(checkpoint)
     return losses
