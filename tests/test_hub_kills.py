@@ -99,6 +99,13 @@ def test_killed_at_any_moment_the_next_run_ends_with_the_same_bytes(
 _FORKS = """
 import json, os, sys, time
 from pathlib import Path
+from affectsim_data.releases import object_cache
+# What threads find out at the start takes long enough for forks to fall into it.
+try_lock = object_cache.try_lock
+def slow_try_lock(fd, *, shared=False):
+    time.sleep(0.05 * shared)
+    return try_lock(fd, shared=shared)
+object_cache.try_lock = slow_try_lock
 from affectsim_data.releases.stores import open_store
 store = open_store(sys.argv[1])
 root, names = Path(sys.argv[2]), list(store.manifest.files)

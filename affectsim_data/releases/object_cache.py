@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import functools
 import hashlib
 import os
 import uuid
@@ -47,6 +46,7 @@ class ObjectCache:
         self.root = root
         self.max_bytes = max_bytes
         self._measured = False
+        self._locks_work: bool | None = None
 
     def path(self, entry: FileEntry) -> Path:
         """Where the content of an entry is, if it is here."""
@@ -119,13 +119,19 @@ class ObjectCache:
 
     def _part_path(self, entry: FileEntry) -> Path:
         """Of an unfinished file; without locks each attempt has one of its own."""
-        own = "" if self._has_locks else f".{uuid.uuid4().hex[:12]}"
+        own = "" if self._has_locks() else f".{uuid.uuid4().hex[:12]}"
         return self.path(entry).with_name(f"{entry.sha256}.{entry.bytes}{own}{PART_SUFFIX}")
 
-    @functools.cached_property
     def _has_locks(self) -> bool:
-        with opened(self._size_path, os.O_RDWR | os.O_CREAT) as fd:
-            return try_lock(fd, shared=True) is not None
+        """Whether the file system has locks; found out once.
+
+        Not a `cached_property`: in Python 3.11 that holds a lock meanwhile, which a child forked
+        at this moment would find locked for ever.
+        """
+        if self._locks_work is None:
+            with opened(self._size_path, os.O_RDWR | os.O_CREAT) as fd:
+                self._locks_work = try_lock(fd, shared=True) is not None
+        return self._locks_work
 
     @contextlib.contextmanager
     def _counter(self) -> Iterator[Counter]:
@@ -140,7 +146,7 @@ class ObjectCache:
         try:
             part.complete(delivery)
         except BaseException as error:
-            if not self._has_locks or (isinstance(error, OSError) and error.errno in _FULL):
+            if not self._has_locks() or (isinstance(error, OSError) and error.errno in _FULL):
                 part.clear()  # nobody would find it, or it is in the way
             with contextlib.suppress(OSError), self._counter() as counter:
                 counter.add(part.size - max(entry.bytes, begun))
