@@ -169,7 +169,7 @@ class Avatar:
     def rounded(self) -> Avatar:
         """The body as releases store it: positions to 1/4 mm, normals to 1/128.
 
-        Nobody sees the difference, and shards compress it to half.
+        Too little to see at the sizes clips are drawn in, and shards compress it far better.
         """
         meshes = tuple(
             dataclasses.replace(
