@@ -32,7 +32,7 @@ __all__ = [
     "schema_to_json",
 ]
 
-SCHEMA_VERSION = "2.0"
+SCHEMA_VERSION = "2.1"
 """Of the data; moves apart from the version of the code."""
 
 Split = Literal["train", "validation", "test"]
@@ -175,6 +175,8 @@ _MOTIONS = [
     _Column("group_id", "string", "Source performance or interaction sequence"),
     _Column("emotion", "string", "angry, fearful, happy, neutral or sad: the label lives here"),
     _Column("action", "string", "What is done"),
+    _Column("performance", "string", "What was performed, more closely: threaten, mourn, ..."),
+    _Column("take", "int32", "Repetition by this performer of this action and emotion, from 0"),
     _Column("fps", "float64", "Frames per second"),
     _Column("num_frames", "int32", "Frames in one cycle"),
     _Column("duration_s", "float64", "Length of one cycle"),

@@ -16,9 +16,9 @@ from affectsim_data.builders.performances import (
     perform_pair,
 )
 from affectsim_data.builders.performances.curves import curve, cycle_phase, noise
-from affectsim_data.builders.performances.rig import two_bone_ik
 from affectsim_data.builders.performances.styles import KINEMATICS, performer
 from affectsim_data.motions import EMOTIONS, Emotion, Motion
+from affectsim_data.motions.inverse_kinematics import two_bone_ik
 from affectsim_data.motions.looping import seam_step
 from affectsim_data.poses import FloatArray, quaternion_rotate
 from affectsim_data.skeletons import JOINT_NAMES

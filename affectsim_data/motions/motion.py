@@ -55,13 +55,17 @@ class Motion:
     emotion: Emotion
     """The label; it lives here and nowhere else."""
     action: str
-    """What is done: `simple_walk`, `being_seated`, ... or the source's own word."""
+    """What is done: `simple_walk`, `being_seated`, `scenario`, ... or the source's own word."""
     fps: float
     """Frames per second."""
     root_translation: FloatArray
     """Pelvis of the canonical body in the performance frame, metres, `(num_frames, 3)`."""
     joint_rotations: FloatArray
     """Of a joint in its parent, unit `wxyz`, `(num_frames, 22, 4)`; identity is the T-pose."""
+    performance: str = ""
+    """What was performed, more closely than `action` and often telling the emotion: `threaten`."""
+    take: int = 0
+    """Which repetition by this performer of this action and emotion, from 0."""
     source: str = ""
     """Corpus and file it came from."""
     licence: str = ""

@@ -19,7 +19,7 @@ __all__ = ["avatar_row", "motion_row", "navmesh_sha256", "read_motion", "scene_r
 
 _MOTION_FIELDS = (
     *("motion_id", "performer_id", "group_id", "emotion", "action", "fps"),
-    *("source", "licence"),
+    *("performance", "take", "source", "licence"),
 )
 _MOTION_ARRAYS = ("root_translation", "joint_rotations")
 

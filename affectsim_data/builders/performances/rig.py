@@ -5,13 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from affectsim_data.builders.performances.styles import Side
+from affectsim_data.motions.inverse_kinematics import align_bone, two_bone_ik
 from affectsim_data.poses import (
     FloatArray,
     axis_angle_quaternion,
-    matrix_quaternion,
     quaternion_conjugate,
     quaternion_multiply,
     quaternion_rotate,
@@ -20,7 +19,7 @@ from affectsim_data.poses import (
 )
 from affectsim_data.skeletons import BODY, JOINT_NAMES, JOINT_PARENTS, NUM_JOINTS
 
-__all__ = ["SIDES", "SIGN", "TOE_OFFSET", "BodyTrack", "foot_rotation", "solve_body", "two_bone_ik"]
+__all__ = ["SIDES", "SIGN", "TOE_OFFSET", "BodyTrack", "Contact", "foot_rotation", "solve_body"]
 
 SIDES: tuple[Side, Side] = ("left", "right")
 SIGN = {"left": 1.0, "right": -1.0}
@@ -28,6 +27,16 @@ TOE_OFFSET = BODY.joint_offsets[JOINT_NAMES.index("left_foot")]
 """Toe base in the foot, metres, `(3,)`; the same on both sides."""
 _TRUNK_HALF_M = np.array([0.20, 0.16])
 """Half width and half depth of the clothed trunk, that wrists keep out of."""
+
+
+@dataclasses.dataclass
+class Contact:
+    """A wrist at a place of the world, for as long as `share` is above 0."""
+
+    position: FloatArray
+    """World, metres, `(num_frames, 3)`."""
+    share: FloatArray
+    """0 follows `BodyTrack.wrists`, 1 this place, `(num_frames,)`."""
 
 
 @dataclasses.dataclass
@@ -59,33 +68,12 @@ class BodyTrack:
     """World, metres, `(num_frames, 3)`."""
     feet: dict[Side, FloatArray]
     """Yaw in the world and pitch (positive lifts the heel), `(num_frames, 2)`."""
-
-
-def two_bone_ik(
-    target: FloatArray, pole: FloatArray, upper_m: float, lower_m: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Directions of two bones that reach for a target, by the law of cosines.
-
-    Args:
-        target: From the root joint, metres, `(n, 3)`; out of reach, the limb points at it.
-        pole: Where the middle joint sticks out to, `(n, 3)`.
-        upper_m: Length of the first bone.
-        lower_m: Length of the second.
-
-    Returns:
-        Unit directions of both bones and the axis the middle joint bends about, each `(n, 3)`.
-    """
-    distance = np.linalg.norm(target, axis=-1, keepdims=True)
-    along = target / np.maximum(distance, 1e-9)
-    shortest, longest = abs(upper_m - lower_m) + 1e-3, (upper_m + lower_m) * 0.9995
-    distance = np.clip(distance, shortest, longest)
-    cosine = (upper_m**2 + distance**2 - lower_m**2) / (2.0 * upper_m * distance)
-    cosine = np.clip(cosine, -1.0, 1.0)
-    out = pole - np.sum(pole * along, axis=-1, keepdims=True) * along
-    out = out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-9)
-    upper = along * cosine + out * np.sqrt(1.0 - cosine**2)
-    lower = (along * distance - upper_m * upper) / lower_m
-    return upper, lower, np.cross(out, along)
+    wrist_bends: dict[Side, FloatArray] = dataclasses.field(default_factory=dict)
+    """Hand bent at the wrist, positive towards the palm, `(num_frames,)`; straight if not given."""
+    contacts: dict[Side, Contact] = dataclasses.field(default_factory=dict)
+    """Wrists held at places of the world instead, such as another person's shoulder."""
+    knees: dict[Side, FloatArray] = dataclasses.field(default_factory=dict)
+    """Which way the knee sticks out in the world, `(num_frames, 3)`; over the toes if not given."""
 
 
 def foot_rotation(feet: FloatArray) -> FloatArray:
@@ -140,18 +128,24 @@ def _place_arm(track: BodyTrack, side: Side, world: FloatArray, positions: Float
     mirror = np.array([SIGN[side], 1.0, 1.0])
     target = quaternion_rotate(level, track.wrists[side] * mirror)
     target = _clear_of_trunk(positions[:, shoulder] + target, chest, positions)
+    if side in track.contacts:
+        contact = track.contacts[side]
+        target = target + contact.share[:, None] * (contact.position - target)
     pole = quaternion_rotate(level, track.elbows[side] * mirror)
     lengths = np.linalg.norm(BODY.joint_offsets[[elbow, wrist]], axis=1)
     upper, lower, hinge = two_bone_ik(
         target - positions[:, shoulder], pole, float(lengths[0]), float(lengths[1])
     )
     bone, axis = [SIGN[side], 0.0, 0.0], [0.0, -SIGN[side], 0.0]
-    world[:, shoulder] = _align(upper, hinge, bone, axis)
-    forearm = _align(lower, hinge, bone, axis)
+    world[:, shoulder] = align_bone(upper, hinge, bone, axis)
+    forearm = align_bone(lower, hinge, bone, axis)
     # Forearm bones carry part of the turn of the hand, as in anatomy; skin twists less that way.
     half = axis_angle_quaternion([SIGN[side], 0.0, 0.0], -SIGN[side] * track.palms[side] / 2.0)
     world[:, elbow] = quaternion_multiply(forearm, half)
     world[:, wrist] = quaternion_multiply(world[:, elbow], half)
+    if side in track.wrist_bends:
+        bend = axis_angle_quaternion([0.0, 0.0, -SIGN[side]], track.wrist_bends[side])
+        world[:, wrist] = quaternion_multiply(world[:, wrist], bend)
 
 
 def _place_leg(track: BodyTrack, side: Side, world: FloatArray, positions: FloatArray) -> None:
@@ -162,11 +156,12 @@ def _place_leg(track: BodyTrack, side: Side, world: FloatArray, positions: Float
     feet = track.feet[side]
     toes_forward = quaternion_rotate(yaw_quaternion(feet[:, 0]), [0.0, 0.0, 1.0])
     pole = toes_forward + quaternion_rotate(world[:, 0], [0.0, 0.0, 1.0])
+    pole = track.knees.get(side, pole)
     upper, lower, hinge = two_bone_ik(
         track.ankles[side] - positions[:, hip], pole, float(lengths[0]), float(lengths[1])
     )
-    world[:, hip] = _align(upper, hinge, [0.0, -1.0, 0.0], [1.0, 0.0, 0.0])
-    world[:, knee] = _align(lower, hinge, [0.0, -1.0, 0.0], [1.0, 0.0, 0.0])
+    world[:, hip] = align_bone(upper, hinge, [0.0, -1.0, 0.0], [1.0, 0.0, 0.0])
+    world[:, knee] = align_bone(lower, hinge, [0.0, -1.0, 0.0], [1.0, 0.0, 0.0])
     world[:, ankle] = foot_rotation(feet)
     # Toes stay on the floor while the heel lifts.
     flat = np.stack([feet[:, 0], np.minimum(feet[:, 1], 0.0)], axis=1)
@@ -199,13 +194,3 @@ def _turn(turn: FloatArray) -> FloatArray:
     pitch = axis_angle_quaternion([1.0, 0.0, 0.0], turn[:, 0])
     roll = axis_angle_quaternion([0.0, 0.0, 1.0], turn[:, 2])
     return quaternion_multiply(yaw_quaternion(turn[:, 1]), quaternion_multiply(pitch, roll))
-
-
-def _align(
-    bone: FloatArray, axis: FloatArray, rest_bone: ArrayLike, rest_axis: ArrayLike
-) -> FloatArray:
-    """Rotation `(n, 4)` that takes a bone and its bending axis from rest to `(n, 3)` each."""
-    target = np.stack([bone, axis, np.cross(bone, axis)], axis=-1)
-    one, two = np.asarray(rest_bone, np.float64), np.asarray(rest_axis, np.float64)
-    rest = np.stack([one, two, np.cross(one, two)], axis=-1)
-    return matrix_quaternion(target @ rest.T)
