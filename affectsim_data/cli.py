@@ -57,8 +57,12 @@ def build(
     source: Path | None = None,
     jobs: int | None = None,
     overwrite: bool = False,
+    screen_report: Path | None = None,
+    skip_broken: bool = False,
 ) -> int:
     """Build a release from a recipe; the same recipe gives the same bytes.
+
+    `build avatars` bakes the bodies instead; it needs the extra `build`.
 
     Args:
         recipe: Name of a file in builders/, or a path ending in .toml.
@@ -66,19 +70,44 @@ def build(
         source: Your copy of the corpus, for recipes that read one.
         jobs: Processes; one per core if not given.
         overwrite: Replace a release that is already there.
+        screen_report: Write what screening said, a row per motion and check, as Parquet; pictures
+            of rejected motions go beside it, into NAME_rejected.
+        skip_broken: Leave out files of the corpus that cannot be read, instead of stopping.
     """
+    if recipe == "avatars":
+        from affectsim_data.builders.bodies.baking import bake_avatars
+
+        for path in bake_avatars(out, progress=lambda message: print(message, file=sys.stderr)):
+            print(path)
+        return 0
     from affectsim_data.builders.building import build_release
     from affectsim_data.cards import write_card
+    from affectsim_data.inspection.building import build_lines, picture_rejected
     from affectsim_data.releases import open_release
 
     start = time.perf_counter()
-    report = build_release(recipe, out, source=source, jobs=jobs, overwrite=overwrite)
+    report = build_release(
+        recipe,
+        out,
+        source=source,
+        jobs=jobs,
+        overwrite=overwrite,
+        screen_report=screen_report,
+        skip_broken=skip_broken,
+    )
     write_card(open_release(out), out)
     count = report.manifest.num_rows("episodes")
     print(f"{out}: {count} episodes in {time.perf_counter() - start:.1f} s")
-    for shortfall in report.shortfalls:
-        print(f"  not placed: {shortfall.key} ({shortfall.num_episodes} episodes)")
+    print("\n".join(build_lines(report)))
+    if screen_report is not None:
+        print(f"{screen_report}: {report.cast.screening.num_motions} motions screened")
+        for path in picture_rejected(report.cast, _rejected_folder(screen_report)):
+            print(f"  {path}")
     return 0
+
+
+def _rejected_folder(report: Path) -> Path:
+    return report.with_name(f"{report.stem}_rejected")
 
 
 def info(
@@ -86,6 +115,8 @@ def info(
     *,
     split: str | None = None,
     where: tuple[str, ...] = (),
+    motions: bool = False,
+    out: Path | None = None,
     json: bool = False,
 ) -> int:
     """Counts per split, family, challenge, action, emotion and scene; distances; sizes.
@@ -94,8 +125,16 @@ def info(
         release: mini, a folder, or hf://datasets/ORG/NAME@REVISION.
         split: Only this split.
         where: Only episodes of which all this holds: emotion=sad,angry visible_share_init<0.3
+        motions: Describe the motions instead: how they move, by emotion.
+        out: With --motions, a folder for a plot and a sheet of pictures per emotion and action.
         json: Print JSON.
     """
+    if motions:
+        if split is not None or where:
+            raise ValueError("--motions describes all motions; leave out --split and --where")
+        return _describe_motions(release, out=out, json=json)
+    if out is not None:
+        raise ValueError("--out is where --motions puts its pictures; add --motions")
     from affectsim_data.inspection.summary import release_summary, summary_lines
     from affectsim_data.releases import open_release
     from affectsim_data.releases.filters import parse_where
@@ -103,6 +142,29 @@ def info(
     filter = parse_where(where) if where else None
     summary = release_summary(open_release(release), split=split, filter=filter)
     print(dumps(summary, indent=2) if json else "\n".join(summary_lines(summary)))
+    return 0
+
+
+def _describe_motions(release: str, *, out: Path | None, json: bool) -> int:
+    from affectsim_data.inspection.motion_summary import (
+        motion_descriptors,
+        motion_summary,
+        motion_summary_lines,
+    )
+    from affectsim_data.releases import open_release
+
+    opened = open_release(release)
+    table = motion_descriptors(opened)
+    summary = motion_summary(table)
+    print(dumps(summary, indent=2) if json else "\n".join(motion_summary_lines(summary)))
+    if out is not None:
+        from affectsim_data.inspection.emotion_sheets import emotion_sheets
+        from affectsim_data.inspection.motion_plots import motion_plot
+
+        out.mkdir(parents=True, exist_ok=True)
+        motion_plot(table, out / "motions.png")
+        sheets = emotion_sheets(opened, out / "sheets")
+        print(f"{out}: motions.png and {len(sheets)} sheets", file=sys.stderr)
     return 0
 
 

@@ -184,6 +184,16 @@ _MOTIONS = [
     *_array("joint_rotations", "Joint in its parent, quaternions wxyz, (num_frames, 22, 4)"),
     _Column("source", "string", "Corpus and file, and what was done to it"),
     _Column("licence", "string", "Licence of the source"),
+    _Column("provenance", "string", "What was done to the source, a JSON object"),
+    _Column(
+        "original_before",
+        "int32",
+        "Frames of the original that the cycle lacks and that come before those it keeps",
+    ),
+    _Column("kept_start", "int32", "First frame of the cycle that is one of the original"),
+    _Column("kept_stop", "int32", "Frame after the last; all of them if no loop was closed"),
+    *_array("original_root_translation", "Frames of the original that the cycle lacks"),
+    *_array("original_joint_rotations", "The same, (n, 22, 4); none if no loop was closed"),
 ]
 
 _SCENES = [

@@ -10,7 +10,7 @@ import json
 import re
 from pathlib import Path
 
-from benchmarks import fetching, index, loading, render, shuffling, streaming, wide
+from benchmarks import fetching, index, loading, render, retargeting, shuffling, streaming, wide
 from benchmarks.machine import describe_machine
 from benchmarks.parts import run_part
 from benchmarks.tables import write_tables
@@ -18,11 +18,11 @@ from benchmarks.tables import write_tables
 _PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
 _MODULES = {
     part: module.__name__
-    for module in (loading, wide, index, fetching, streaming, shuffling)
+    for module in (loading, wide, index, fetching, streaming, shuffling, retargeting)
     for part in module.PARTS
 }
 """Where the parts are that run in a process of their own."""
-_ON_ONE_CORE = ("throughput", "scene_order", *index.PARTS)
+_ON_ONE_CORE = ("throughput", "scene_order", *index.PARTS, *retargeting.PARTS)
 
 
 def main() -> None:

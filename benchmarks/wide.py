@@ -27,7 +27,7 @@ import affectsim_data
 from affectsim_data.builders.assets import build_stage_assets, load_avatars
 from affectsim_data.builders.homes import HomeRecipe, Strip, home_recipes
 from affectsim_data.builders.homes.recipes import Divider
-from affectsim_data.builders.performances import PerformanceAction, perform, perform_pair
+from affectsim_data.builders.performances import PerformanceAction, perform, perform_dyad
 from affectsim_data.builders.recipes import read_recipe
 from affectsim_data.content import content_path
 from affectsim_data.motions import EMOTIONS, Motion
@@ -74,8 +74,8 @@ _In = TypeVar("_In")
 _Out = TypeVar("_Out")
 Take = tuple[Motion, Motion | None]
 """What the target of an episode performs, and its partner if it has one."""
-_Job = tuple[str, Any, PerformanceAction, str]
-"""Performer, emotion, action and collection of a performance to be made."""
+_Job = tuple[str, Any, PerformanceAction, int, str]
+"""Performer, emotion, action, take and collection of a performance to be made."""
 
 
 def wide_release_path() -> Path:
@@ -175,13 +175,13 @@ def _takes(split: Split) -> dict[Family, list[Take]]:
     names, counts = _PERFORMERS[split], _MOTIONS[split]
     cycle = itertools.cycle(itertools.product(_ACTIONS, EMOTIONS, names))
     grounded: list[_Job] = [
-        (name, emotion, action, f"wide/{split}_take{number}")
+        (name, emotion, action, 0, f"wide/{split}_take{number}")
         for number, (action, emotion, name) in enumerate(
             itertools.islice(cycle, counts["action_grounded"])
         )
     ]
     gestures: list[_Job] = [
-        (names[n % len(names)], EMOTIONS[n % 5], "free_gesture", f"wide/{split}_take{n}")
+        (names[n % len(names)], EMOTIONS[n % 5], "scenario", n // 5 % 5, f"wide/{split}_take{n}")
         for n in range(counts["observation_controlled"])
     ]
     pairs = [
@@ -196,16 +196,17 @@ def _takes(split: Split) -> dict[Family, list[Take]]:
 
 
 def _perform(job: _Job) -> Motion:
-    performer_id, emotion, action, collection = job
+    performer_id, emotion, action, take, collection = job
     rng = np.random.default_rng([_SEED, 3, *collection.encode(), *performer_id.encode()])
-    return perform(action, emotion, performer_id, rng=rng, collection=collection).rounded()
+    motion = perform(action, emotion, performer_id, take=take, rng=rng, collection=collection)
+    return motion.rounded()
 
 
 def _perform_pair(job: tuple[tuple[str, str], Any, str]) -> tuple[Motion, Motion]:
     performer_ids, emotion, collection = job
     rng = np.random.default_rng([_SEED, 4, *collection.encode()])
-    first, second = perform_pair(emotion, performer_ids, rng=rng, collection=collection)
-    return first.rounded(), second.rounded()
+    dyad = perform_dyad(emotion, performer_ids, rng=rng, collection=collection)
+    return dyad.target.rounded(), dyad.partner.rounded()
 
 
 def _episodes(

@@ -34,8 +34,8 @@ def rest_root(avatar: Avatar) -> FloatArray:
     return avatar.skeleton.rest_positions[:1] / avatar.motion_scale
 
 
-def test_there_are_four_avatars() -> None:
-    assert len(AVATAR_IDS) == 4
+def test_there_are_eight_avatars() -> None:
+    assert AVATAR_IDS == ["ada", "ben", "cleo", "dan", "ela", "finn", "gita", "hugo"]
 
 
 @pytest.mark.parametrize("avatar_id", AVATAR_IDS)
@@ -60,8 +60,8 @@ def test_levels_of_detail_get_coarser(avatar: Avatar) -> None:
     counts = [len(mesh.faces) for mesh in avatar.meshes]
     assert counts == sorted(counts, reverse=True)
     assert 9_000 < counts[0] < 14_000
-    assert counts[1] < 7_000
-    assert counts[2] < 3_000
+    assert 5_000 < counts[1] <= 6_000
+    assert counts[2] <= 3_000
     assert len(avatar.mesh(max_triangles=7_000).faces) == counts[1]
     assert len(avatar.mesh(max_triangles=10).faces) == counts[2]
 
@@ -78,7 +78,7 @@ def test_rest_pose_is_a_t_pose_on_the_floor(avatar: Avatar) -> None:
     for mesh in avatar.meshes:
         low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
         assert abs(low[1]) < 0.005
-        assert 1.5 < high[1] < 1.95
+        assert 1.5 < high[1] < 2.0
         assert 0.85 < (high[0] - low[0]) / (high[1] - low[1]) < 1.15
     joints = dict(zip(JOINT_NAMES, avatar.skeleton.rest_positions, strict=True))
     assert np.allclose(joints["pelvis"][[0, 2]], 0.0, atol=1e-6)
@@ -135,7 +135,7 @@ def test_left_elbow_moves_only_the_left_forearm(avatar: Avatar) -> None:
     joints = dict(zip(JOINT_NAMES, avatar.skeleton.rest_positions, strict=True))
     for mesh in avatar.meshes:
         moved = np.linalg.norm(mesh.skin(matrices)[0] - mesh.positions, axis=1) > 1e-3
-        assert (mesh.positions[moved, 0] > joints["left_shoulder"][0] + 0.05).all()
+        assert (mesh.positions[moved, 0] > joints["left_shoulder"][0] + 0.02).all()
         assert moved[mesh.positions[:, 0] > joints["left_elbow"][0] + 0.06].all()
         hand = mesh.skin(matrices)[0][mesh.positions[:, 0] > joints["left_wrist"][0]]
         assert (hand[:, 2] > joints["left_wrist"][2] + 0.1).all()  # Bent forward.

@@ -14,11 +14,11 @@ from affectsim_data import AffectSimDataset, open_release
 from affectsim_data.builders.assets import (
     build_stage_assets,
     load_avatars,
-    make_performances,
     recipe_homes,
     scene_navmesh,
 )
 from affectsim_data.builders.building import build_release
+from affectsim_data.builders.casting import Cast, make_cast
 from affectsim_data.builders.composer import Shortfall, compose_slot, make_slots
 from affectsim_data.builders.monitors import plan_monitor, room_of
 from affectsim_data.builders.placement import Stage
@@ -59,12 +59,17 @@ def test_broken_recipes_are_refused(tmp_path: Path, old: str, new: str, message:
         read_recipe(changed_recipe(tmp_path, old, new))
 
 
-def test_recipe_without_motions_of_an_action_is_refused(tmp_path: Path) -> None:
-    path = changed_recipe(tmp_path, 'actions = ["free_gesture"]', 'actions = ["juggle"]')
+@pytest.fixture(scope="module")
+def mini_cast() -> Cast:
+    recipe = read_recipe("mini")
+    return make_cast(recipe, load_avatars(recipe))
+
+
+def test_recipe_without_motions_of_an_action_is_refused(tmp_path: Path, mini_cast: Cast) -> None:
+    path = changed_recipe(tmp_path, 'actions = ["scenario"]', 'actions = ["juggle"]')
     recipe = read_recipe(path)
-    performances = make_performances(recipe, load_avatars(recipe), source=None)
     with pytest.raises(ValueError, match=r"wants action 'juggle'.*there is: being_seated"):
-        make_slots(recipe, performances)
+        make_slots(recipe, mini_cast.performances)
 
 
 def test_performer_without_a_split_is_named(tmp_path: Path) -> None:
@@ -74,7 +79,7 @@ def test_performer_without_a_split_is_named(tmp_path: Path) -> None:
 
 
 def test_failed_build_leaves_nothing_behind(tmp_path: Path) -> None:
-    path = changed_recipe(tmp_path, 'actions = ["free_gesture"]', 'actions = ["juggle"]')
+    path = changed_recipe(tmp_path, 'actions = ["scenario"]', 'actions = ["juggle"]')
     with pytest.raises(ValueError, match="juggle"):
         build_release(path, tmp_path / "out", jobs=1)
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["changed.toml"]
@@ -116,10 +121,9 @@ def test_monitors_hang_in_their_room_and_see_its_floor(stage: Stage) -> None:
         assert again == monitor
 
 
-def test_slots_share_their_placement_and_depend_on_the_seed(stage: Stage) -> None:
+def test_slots_share_their_placement_and_depend_on_the_seed(stage: Stage, mini_cast: Cast) -> None:
     recipe = read_recipe("mini")
-    performances = make_performances(recipe, load_avatars(recipe), source=None)
-    slot = next(s for s in make_slots(recipe, performances) if s.challenge == "rear_view")
+    slot = next(s for s in make_slots(recipe, mini_cast.performances) if s.challenge == "rear_view")
     first = compose_slot(slot, [stage], recipe)
     assert not isinstance(first, Shortfall)
     assert len({episode.emotion for episode in first}) == 5
@@ -133,12 +137,15 @@ def test_slots_share_their_placement_and_depend_on_the_seed(stage: Stage) -> Non
     assert other[0].start_position != first[0].start_position
 
 
-def test_impossible_challenge_is_a_shortfall_not_a_loosened_one(stage: Stage) -> None:
+def test_impossible_challenge_is_a_shortfall_not_a_loosened_one(
+    stage: Stage, mini_cast: Cast
+) -> None:
     recipe = read_recipe("mini")
     limits = dataclasses.replace(recipe.thresholds, far_distance_m=60.0)
     strict = dataclasses.replace(recipe, thresholds=limits)
-    performances = make_performances(recipe, load_avatars(recipe), source=None)
-    slot = next(s for s in make_slots(recipe, performances) if s.challenge == "far_visible")
+    slot = next(
+        s for s in make_slots(recipe, mini_cast.performances) if s.challenge == "far_visible"
+    )
     result = compose_slot(slot, [stage], strict)
     assert result == Shortfall(slot.key, 5)
 

@@ -42,7 +42,9 @@ def code_blocks(page: str) -> list[str]:
 
 @pytest.mark.egl
 @pytest.mark.slow
-@pytest.mark.parametrize("page", ["README.md", "docs/loading.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "docs/loading.md", "docs/motions.md", "docs/descriptors.md"]
+)
 def test_the_code_in_the_docs_runs(page: str, tmp_path: Path) -> None:
     body = indent("\n".join(code_blocks(page)), "    ")
     script = tmp_path / "page.py"

@@ -44,7 +44,7 @@ def test_it_has_the_promised_size(mini: Release, episodes: list[Episode]) -> Non
     singles = Counter(
         (motion.action, motion.emotion)
         for motion in map(mini.motion, mini.asset_ids("motions"))
-        if motion.action != "conversation"
+        if motion.action != "interaction"
     )
     assert sum(singles.values()) >= 60
     assert set(singles.values()) == {4}

@@ -1,25 +1,31 @@
-"""Retargeting and cycles: directions kept, left stays left, feet on the floor, seams closed."""
+"""Retargeting: directions kept, left stays left, feet stand, clasped hands stay clasped."""
 
 from __future__ import annotations
 
 import dataclasses
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from real_clips import real_clips
+from walkers import walker
 
-from affectsim_data.builders.corpus_recipe import load_recipe
-from affectsim_data.builders.performances import perform
-from affectsim_data.content import content_path
+from affectsim_data.builders.corpora import load_recipe
 from affectsim_data.motions import Motion
 from affectsim_data.motions.bvh import read_bvh
-from affectsim_data.motions.looping import close_loop, make_cyclic, out_and_back, seam_step
-from affectsim_data.motions.retargeting import SourcePose, resample, retarget, source_pose
+from affectsim_data.motions.planting import TOES, find_stances, stance_slides
+from affectsim_data.motions.retargeting import (
+    SourcePose,
+    resample,
+    retarget,
+    retarget_with_report,
+    source_pose,
+)
 from affectsim_data.poses import (
     FloatArray,
+    axis_angle_quaternion,
     matrix_quaternion,
     quaternion_multiply,
     quaternion_rotate,
@@ -44,10 +50,6 @@ def column(name: str) -> int:
     return JOINT_NAMES.index(name)
 
 
-def walking() -> Motion:
-    return perform("simple_walk", "neutral", "p1", rng=np.random.default_rng(0))
-
-
 def as_source(motion: Motion, frames: FloatArray | None = None) -> SourcePose:
     """The canonical body itself as a source; `frames` turns each joint frame away, `(22, 4)`."""
     positions, rotations = BODY.forward_kinematics(motion.root_translation, motion.joint_rotations)
@@ -69,21 +71,20 @@ def degrees_between(a: FloatArray, b: FloatArray) -> float:
 
 
 def test_retargeting_the_body_to_itself_changes_no_limb() -> None:
-    motion = walking()
+    motion = walker()
     root, rotations = retarget(as_source(motion), SAME_NAMES)
     found = BODY.forward_kinematics(root, rotations)[0]
     expected = motion.joint_positions()
     for start, end in LIMB_BONES:
         pair = column(start), column(end)
-        # The facing is estimated, so the whole figure may be turned by a degree or two.
-        assert degrees_between(bone(found, *pair), bone(expected, *pair)) < 5.0
-    assert np.abs(found - expected).max() < 0.15
+        assert degrees_between(bone(found, *pair), bone(expected, *pair)) < 1.0
+    assert np.abs(found - expected).max() < 0.01
 
 
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_frames_a_source_gives_its_joints_do_not_matter(seed: int) -> None:
-    motion = walking()
+    motion = walker()
     rng = np.random.default_rng(seed)
     limbs = [column(f"{s}_{n}") for s in ("left", "right") for n in ("shoulder", "hip", "collar")]
     frames = np.tile([1.0, 0.0, 0.0, 0.0], (22, 1))
@@ -103,7 +104,7 @@ def test_the_frames_a_source_gives_its_joints_do_not_matter(seed: int) -> None:
 
 
 def test_size_and_heading_of_the_source_do_not_matter() -> None:
-    source = as_source(walking())
+    source = as_source(walker())
     turn = yaw_quaternion(2.1)
     moved = dataclasses.replace(
         source,
@@ -116,7 +117,7 @@ def test_size_and_heading_of_the_source_do_not_matter() -> None:
 
 
 def test_unmapped_spine_joints_share_the_bend() -> None:
-    motion = walking()
+    motion = walker()
     few = {k: v for k, v in SAME_NAMES.items() if k not in ("spine1", "spine2", "left_foot")}
     _, rotations = retarget(as_source(motion), few)
     identity = np.array([1.0, 0.0, 0.0, 0.0])
@@ -136,11 +137,11 @@ def test_unmapped_spine_joints_share_the_bend() -> None:
 )
 def test_a_wrong_joint_map_is_named(joints: dict[str, str], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        retarget(as_source(walking()), joints)
+        retarget(as_source(walker()), joints)
 
 
 def test_resampling_keeps_duration_and_ends() -> None:
-    motion = walking()
+    motion = walker()
     root, rotations = resample(
         motion.root_translation, motion.joint_rotations, fps=120.0, target_fps=30.0
     )
@@ -149,52 +150,60 @@ def test_resampling_keeps_duration_and_ends() -> None:
     np.testing.assert_allclose(rotations, motion.joint_rotations[::4], atol=1e-9)
 
 
-def test_a_loop_closes_and_says_so() -> None:
-    whole = perform("free_gesture", "happy", "p1", rng=np.random.default_rng(0))
-    part = dataclasses.replace(
-        whole,
-        root_translation=whole.root_translation[:60],
-        joint_rotations=whole.joint_rotations[:60],
+@pytest.mark.parametrize("fps", [120.0, 125.0])
+def test_resampling_keeps_planted_feet_planted(fps: float) -> None:
+    motion = walker(fps=fps)
+    root, rotations = resample(
+        motion.root_translation, motion.joint_rotations, fps=fps, target_fps=30.0
     )
-    closed = close_loop(part, seam_s=0.4)
-    excess_m, excess_rad = seam_step(closed)
-    assert excess_m < 0.02
-    assert excess_rad < np.deg2rad(5.0)
-    np.testing.assert_array_equal(closed.joint_rotations[:48], part.joint_rotations[:48])
-    assert closed.source.endswith("; seam of 0.4 s blended")
+    toes = BODY.forward_kinematics(root, rotations)[0][:, TOES]
+    stances = find_stances(toes, 30.0)
+    assert len(stances) >= 7
+    assert stance_slides(toes, stances).max() < 1e-3
 
 
-def test_out_and_back_returns_without_a_jump() -> None:
-    whole = walking()
-    straight = dataclasses.replace(
-        whole,
-        root_translation=whole.root_translation[:40],
-        joint_rotations=whole.joint_rotations[:40],
+def test_clasped_hands_stay_clasped_on_broader_shoulders() -> None:
+    """Bandai-Namco's shoulders are 21 cm apart, the body's 36."""
+    narrow = dataclasses.replace(BODY, joint_offsets=BODY.joint_offsets.copy())
+    for side in ("left", "right"):
+        narrow.joint_offsets[column(f"{side}_shoulder"), 0] *= 0.2
+    local = np.zeros((60, 22, 4))
+    local[..., 0] = 1.0
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        down = axis_angle_quaternion([0.0, 0.0, 1.0], -1.2 * sign)
+        inward = axis_angle_quaternion([1.0, 0.0, 0.0], 0.6)
+        local[:, column(f"{side}_shoulder")] = quaternion_multiply(down, inward)
+        bent = axis_angle_quaternion([0.0, 1.0, 0.0], -1.5 * sign)
+        local[:, column(f"{side}_elbow")] = bent
+    root = np.tile(BODY.joint_offsets[0], (60, 1))
+    positions, world = narrow.forward_kinematics(root, local)
+    source = SourcePose(
+        JOINT_NAMES, positions, world, narrow.rest_positions, np.array([0.0, 1.0, 0.0]), 30.0
     )
-    cycle = make_cyclic(straight)
-    assert cycle.num_frames == 2 * 40 + 2 * 24
-    assert cycle.source.endswith("; out and back, turns of 0.8 s")
-    ring = np.concatenate([cycle.joint_positions(), cycle.joint_positions()[:1]])
-    assert np.linalg.norm(np.diff(ring, axis=0), axis=-1).max() < 0.25
-    heading = quaternion_rotate(cycle.joint_rotations[:, 0], [0.0, 0.0, 1.0])
-    first, second = heading[:40], heading[64:104]
-    np.testing.assert_allclose(first * [-1.0, 1.0, -1.0], second, atol=1e-9)
-    shorter = out_and_back(straight, max_travel_m=0.5)
-    assert "first 1" in shorter.source or "first 2" in shorter.source
-    assert np.ptp(shorter.root_translation[:, [0, 2]], axis=0).max() < 1.2
+    wrists = [column("left_wrist"), column("right_wrist")]
+    apart = np.linalg.norm(np.diff(positions[0, wrists], axis=0))
+    assert apart < 0.16
+    found = BODY.forward_kinematics(*retarget(source, SAME_NAMES))[0]
+    assert np.linalg.norm(np.diff(found[30, wrists], axis=0)) == pytest.approx(apart, abs=0.01)
+
+
+def test_the_report_says_what_was_done() -> None:
+    motion = walker()
+    source = as_source(motion)
+    source = dataclasses.replace(source, positions=1.25 * source.positions)
+    *_, report = retarget_with_report(source, SAME_NAMES)
+    assert report.leg_scale == pytest.approx(0.8)
+    assert report.num_stances >= 7
+    assert 0.8 * motion.num_frames < report.planted_frames <= motion.num_frames
+    assert report.slide_after_m < 1e-3
 
 
 @pytest.mark.realdata
 def test_real_limbs_point_as_in_the_source(realdata: Path) -> None:
-    recipe = load_recipe(content_path("builders", "bandai_namco.toml"))
-    started, played_s = time.perf_counter(), 0.0
-    for path in sorted((realdata / "bandai_namco").glob("**/*.bvh")):
-        clip = read_bvh(path)
-        source = source_pose(clip, metres_per_unit=0.01)
-        root, rotations = retarget(source, recipe.joints)
+    for name, source, joints in real_clips(realdata):
+        root, rotations = retarget(source, joints)
         found = BODY.forward_kinematics(root, rotations)[0]
-        played_s += clip.num_frames * clip.frame_time_s
-        index = {name: clip.joint_names.index(joint) for name, joint in recipe.joints.items()}
+        index = {joint: source.joint_names.index(own) for joint, own in joints.items()}
         bones = [
             (
                 bone(source.positions, index[start], index[end]),
@@ -203,12 +212,18 @@ def test_real_limbs_point_as_in_the_source(realdata: Path) -> None:
             for start, end in LIMB_BONES
         ]
         # The figure is turned to face +Z as a whole; the turn is found from the limbs themselves.
+        # Touching hands and standing feet move limbs, most frames of most limbs do not.
         before, after = (np.concatenate(parts) for parts in zip(*bones, strict=True))
         z_before, z_after = before[:, 2] + 1j * before[:, 0], after[:, 2] + 1j * after[:, 0]
         turn = yaw_quaternion(np.angle((z_before.conj() * z_after).sum()))
-        assert degrees_between(quaternion_rotate(turn, before), after) < 1.0, path.name
+        turned = np.sum(quaternion_rotate(turn, before) * after, axis=1)
+        off = np.rad2deg(np.arccos(np.clip(turned, -1.0, 1.0)))
+        off = off.reshape(len(LIMB_BONES), -1)
+        legs = ["hip" in start or "knee" in start for start, _ in LIMB_BONES]
+        assert np.median(off[legs]) < 5.0, name
+        assert np.percentile(off[legs], 95.0) < 12.0, name
+        assert np.percentile(off, 95.0) < 30.0, name
         check_stands_as_a_person(root, rotations, found)
-    assert played_s / (time.perf_counter() - started) > 50.0
 
 
 def check_stands_as_a_person(root: FloatArray, rotations: FloatArray, found: FloatArray) -> None:
@@ -227,19 +242,26 @@ def check_stands_as_a_person(root: FloatArray, rotations: FloatArray, found: Flo
 
 
 @pytest.mark.realdata
-def test_other_skeletons_stand_upright(realdata: Path) -> None:
+def test_trunks_of_other_skeletons_are_upright(realdata: Path) -> None:
     """CMU's zero pose is a T-pose, its hips lie off the root, its Euler order and unit differ."""
-    joints = {"pelvis": "Hips", "spine1": "LowerBack", "spine3": "Spine1", "neck": "Neck"}
-    joints["head"] = "Head"
-    for side, name in (("left", "Left"), ("right", "Right")):
-        joints |= {f"{side}_hip": f"{name}UpLeg", f"{side}_knee": f"{name}Leg"}
-        joints |= {f"{side}_ankle": f"{name}Foot", f"{side}_foot": f"{name}ToeBase"}
-        joints |= {f"{side}_collar": f"{name}Shoulder", f"{side}_shoulder": f"{name}Arm"}
-        joints |= {f"{side}_elbow": f"{name}ForeArm", f"{side}_wrist": f"{name}Hand"}
-    for path in [realdata / "cmu" / "12_01_walk.bvh", *(realdata / "xia_styles").glob("*.bvh")]:
-        source = source_pose(read_bvh(path), metres_per_unit=0.05644)
-        root, rotations = retarget(source, joints)
-        found, world = BODY.forward_kinematics(root, rotations)
-        check_stands_as_a_person(root, rotations, found)
-        up = quaternion_rotate(world[:, column("spine3")], [0.0, 1.0, 0.0])
-        assert np.median(up[:, 1]) > np.cos(np.deg2rad(40.0))
+    seen = 0
+    for name, source, joints in real_clips(realdata):
+        if not name.startswith("dataset"):
+            world = BODY.forward_kinematics(*retarget(source, joints))[1]
+            up = quaternion_rotate(world[:, column("spine3")], [0.0, 1.0, 0.0])
+            assert np.median(up[:, 1]) > np.cos(np.deg2rad(40.0)), name
+            seen += 1
+    assert seen >= 8
+
+
+@pytest.mark.realdata
+def test_heads_over_two_neck_joints_keep_their_range(realdata: Path) -> None:
+    """CMU's jump 01_01 nods with both: a map to the lower one would bend the head by 90 degrees."""
+    recipe = load_recipe("cmu")
+    source = source_pose(
+        read_bvh(realdata / "cmu" / "01_01.bvh"), metres_per_unit=recipe.metres_per_unit
+    )
+    _, local = retarget(source, dict(recipe.joint_map(source.joint_names)))
+    for name, most_deg in (("neck", 65.0), ("head", 50.0)):
+        cosine = np.abs(local[1:, JOINT_NAMES.index(name), 0])
+        assert np.rad2deg(2.0 * np.arccos(cosine.clip(0.0, 1.0))).max() < most_deg, name

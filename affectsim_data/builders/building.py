@@ -4,29 +4,26 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import multiprocessing
 import os
-import signal
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeVar
 
 import numpy as np
-from tqdm import tqdm
 
 import affectsim_data
 from affectsim_data.avatars import Avatar
 from affectsim_data.builders.assets import (
     build_stage_assets,
     load_avatars,
-    make_performances,
     recipe_homes,
 )
+from affectsim_data.builders.casting import Cast, make_cast
 from affectsim_data.builders.composer import Shortfall, Slot, compose_slot, make_slots
+from affectsim_data.builders.corpus_scan import raise_problems
 from affectsim_data.builders.measuring import Performance
 from affectsim_data.builders.placement import Stage
+from affectsim_data.builders.processes import run_parallel
 from affectsim_data.builders.recipes import Recipe, read_recipe
 from affectsim_data.episodes import Episode
 from affectsim_data.motions import Motion
@@ -36,9 +33,6 @@ from affectsim_data.schemas import SPLITS
 
 __all__ = ["BuildReport", "build_release"]
 
-_In = TypeVar("_In")
-_Out = TypeVar("_Out")
-
 
 @dataclasses.dataclass(frozen=True)
 class BuildReport:
@@ -47,6 +41,8 @@ class BuildReport:
     manifest: Manifest
     shortfalls: tuple[Shortfall, ...]
     """Slots without a placement; never filled by loosening a threshold."""
+    cast: Cast
+    """Who performs, and what screening said of the motions."""
 
 
 def build_release(
@@ -56,6 +52,8 @@ def build_release(
     source: Path | None = None,
     jobs: int | None = None,
     overwrite: bool = False,
+    screen_report: Path | None = None,
+    skip_broken: bool = False,
 ) -> BuildReport:
     """Builds a release; the same recipe gives the same bytes on any number of processes.
 
@@ -65,6 +63,9 @@ def build_release(
         source: Corpus of a recipe that reads one.
         jobs: Processes; one per core if not given.
         overwrite: Whether `out` may hold a release already.
+        screen_report: Parquet file to write with a row per motion and check; written also when the
+            build fails later.
+        skip_broken: Whether to leave out files of the corpus that cannot be read.
 
     Raises:
         FileNotFoundError: No such recipe or source.
@@ -75,15 +76,19 @@ def build_release(
     workers = jobs or os.cpu_count() or 1
     with ReleaseWriter(out, overwrite=overwrite) as writer:
         avatars = load_avatars(plan)
-        performances = make_performances(plan, avatars, source=source)
+        cast = make_cast(plan, avatars, source=source, jobs=workers)
+        if screen_report is not None:
+            cast.screening.write_report(screen_report)
+        _check_cast(plan, cast, skip_broken=skip_broken)
+        performances: Sequence[Performance] = cast.performances
         slots = make_slots(plan, performances)
         composed = {action for one in plan.compositions for action in one.actions}
         performances = [p for p in performances if p.motion.action in composed]
         homes = recipe_homes(plan)
         build = functools.partial(build_stage_assets, recipe=plan)
-        places = list(_run(build, homes, workers, "scenes", plan.name))
+        places = list(run_parallel(build, homes, workers, "scenes", plan.name))
         stages = [Stage.prepare(scene, navmesh, plan) for scene, navmesh in places]
-        results = list(_run(_Compose(stages, plan), slots, workers, "episodes", plan.name))
+        results = list(run_parallel(_Compose(stages, plan), slots, workers, "episodes", plan.name))
         episodes = _number(
             [e for result in results if isinstance(result, list) for e in result], plan
         )
@@ -104,7 +109,22 @@ def build_release(
             licences=sorted(licences - {""}),
             redistribution=plan.redistribution,
         )
-    return BuildReport(manifest, shortfalls)
+    return BuildReport(manifest, shortfalls, cast)
+
+
+def _check_cast(recipe: Recipe, cast: Cast, *, skip_broken: bool) -> None:
+    """Raises if files could not be read and may not be skipped, or if no motion is left."""
+    if cast.failures and not skip_broken:
+        problems = [failure.reason for failure in cast.failures]
+        hint = "mend or remove them, or add --skip-broken to build without them"
+        raise_problems(recipe.name, problems, hint=hint)
+    if not cast.performances:
+        reasons = [
+            f"{motion.motion_id}: {finding.reason}"
+            for motion in cast.rejected
+            for finding in cast.screening.failed(motion.motion_id)[:1]
+        ]
+        raise_problems(f"{recipe.name}: no motion passed the screening", reasons or ["none read"])
 
 
 class _Compose:
@@ -116,39 +136,6 @@ class _Compose:
 
     def __call__(self, slot: Slot) -> list[Episode] | Shortfall:
         return compose_slot(slot, self.stages, self.recipe)
-
-
-_task: Callable[[Any], Any] | None = None
-
-
-def _set_task(task: Callable[[Any], Any]) -> None:
-    global _task
-    _task = task
-    # Ctrl-C reaches the whole group; the parent alone answers it.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _do_task(item: Any) -> Any:
-    assert _task is not None
-    return _task(item)
-
-
-def _run(
-    task: Callable[[_In], _Out], items: Sequence[_In], jobs: int, what: str, name: str
-) -> Iterator[_Out]:
-    """Results in the order of the items, with a progress bar."""
-    bar: Iterable[_Out]
-    label = f"{name}: {what}"
-    if jobs == 1 or len(items) < 2:
-        yield from tqdm(map(task, items), total=len(items), desc=label)
-        return
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["affectsim_data.builders.building"])
-    with ProcessPoolExecutor(
-        min(jobs, len(items)), context, initializer=_set_task, initargs=(task,)
-    ) as pool:
-        bar = tqdm(pool.map(_do_task, items), total=len(items), desc=label)
-        yield from bar
 
 
 def _number(episodes: list[Episode], recipe: Recipe) -> list[Episode]:

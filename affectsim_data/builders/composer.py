@@ -38,7 +38,8 @@ class Slot:
     composition: Composition
     challenge: Challenge | None
     performances: tuple[Performance, ...]
-    """The same performer and action, one motion per emotion."""
+    """The same performer, action and take under each emotion; all takes of a corpus whose takes do
+    not show the same emotions."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,10 +56,7 @@ def make_slots(recipe: Recipe, performances: Sequence[Performance]) -> list[Slot
     Raises:
         ValueError: A composition finds no motion for one of its actions.
     """
-    groups: dict[tuple[str, str], list[Performance]] = {}
-    for performance in performances:
-        motion = performance.motion
-        groups.setdefault((motion.action, motion.performer_id), []).append(performance)
+    groups = _groups(performances)
     slots = []
     for composition in recipe.compositions:
         for action in composition.actions:
@@ -71,16 +69,39 @@ def make_slots(recipe: Recipe, performances: Sequence[Performance]) -> list[Slot
                 )
             slots += [
                 Slot(
-                    f"{action}/{performer}/{challenge or composition.family}/{repeat}",
+                    "/".join((*key, challenge or composition.family, str(repeat))),
                     composition,
                     challenge,
                     tuple(group),
                 )
-                for (_, performer), group in members.items()
+                for key, group in members.items()
                 for challenge in composition.challenges
                 for repeat in range(composition.repeats)
             ]
     return slots
+
+
+def _groups(performances: Sequence[Performance]) -> dict[tuple[str, ...], list[Performance]]:
+    """Performances that share placements, by action, performer and, where it can be, take.
+
+    Takes are kept apart where each of them shows the same emotions: then every placement still
+    serves all emotions alike.
+    """
+    groups: dict[tuple[str, str], list[Performance]] = {}
+    for performance in performances:
+        motion = performance.motion
+        groups.setdefault((motion.action, motion.performer_id), []).append(performance)
+    parted: dict[tuple[str, ...], list[Performance]] = {}
+    for key, members in groups.items():
+        takes: dict[int, list[Performance]] = {}
+        for member in members:
+            takes.setdefault(member.motion.take, []).append(member)
+        shown = {tuple(sorted(one.motion.emotion for one in take)) for take in takes.values()}
+        if len(shown) == 1:
+            parted |= {(*key, f"take{number}"): take for number, take in takes.items()}
+        else:
+            parted[key] = members
+    return parted
 
 
 def compose_slot(slot: Slot, stages: Sequence[Stage], recipe: Recipe) -> list[Episode] | Shortfall:

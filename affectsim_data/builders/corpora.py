@@ -2,91 +2,101 @@
 
 from __future__ import annotations
 
-import collections
 import dataclasses
-import re
-from collections.abc import Callable, Mapping
+import functools
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from affectsim_data.builders.corpus_recipe import CorpusRecipe, load_recipe
+from affectsim_data.builders.corpus_scan import (
+    CorpusFile,
+    CorpusScan,
+    LeftOut,
+    raise_problems,
+    scan_corpus,
+)
+from affectsim_data.builders.processes import run_parallel
 from affectsim_data.motions.bvh import read_bvh
 from affectsim_data.motions.looping import make_cyclic
-from affectsim_data.motions.motion import Emotion, Motion
-from affectsim_data.motions.retargeting import SourcePose, resample, retarget, source_pose
+from affectsim_data.motions.motion import Motion
+from affectsim_data.motions.retargeting import (
+    SourcePose,
+    resample,
+    retarget_with_report,
+    source_pose,
+)
+from affectsim_data.motions.smpl import SmplClip, read_smpl, smpl_motion, smpl_source
+from affectsim_data.poses import FloatArray
 
-__all__ = ["CorpusFile", "CorpusRecipe", "CorpusScan", "load_recipe", "read_corpus", "scan_corpus"]
+__all__ = [
+    "CorpusFile",
+    "CorpusReading",
+    "CorpusRecipe",
+    "CorpusScan",
+    "FailedFile",
+    "Imported",
+    "LeftOut",
+    "import_file",
+    "load_recipe",
+    "read_corpus",
+    "read_source",
+    "scan_corpus",
+    "stature_m",
+]
 
 Progress = Callable[[str], None]
-MAX_LISTED_PROBLEMS = 20
+_LEAST_FRAMES = 3
 _HEAD_MIN_M = 0.5
 """Of the head above the lower foot in the median frame: also who bends or sits passes."""
 
 
 @dataclasses.dataclass(frozen=True)
-class CorpusFile:
-    """One file a recipe takes, with its labels."""
+class Imported:
+    """A file of a corpus, read."""
 
-    path: Path
-    relative: str
-    motion_id: str
-    performer_id: str
-    emotion: Emotion
-    action: str
+    motion: Motion
+    source: SourcePose
+    """The person as recorded, before retargeting, at the rate of the file."""
 
 
 @dataclasses.dataclass(frozen=True)
-class CorpusScan:
-    """What a recipe finds in a folder."""
+class FailedFile:
+    """A file that could not be read."""
 
-    files: tuple[CorpusFile, ...]
-    """Files to read, sorted by path."""
-    excluded: Mapping[str, int]
-    """Files left out, by style."""
-
-    def counts(self) -> dict[tuple[str, str], int]:
-        """Files to read by action and emotion, sorted."""
-        found = collections.Counter((file.action, file.emotion) for file in self.files)
-        return dict(sorted(found.items()))
+    path: Path
+    relative: str
+    """Path inside the corpus."""
+    reason: str
+    """Starts with the path."""
 
 
-def scan_corpus(recipe: CorpusRecipe, source: Path | str) -> CorpusScan:
-    """The files of a folder that a recipe takes, labelled by their paths; opens none of them.
+@dataclasses.dataclass(frozen=True)
+class CorpusReading:
+    """What came out of a corpus."""
 
-    Raises:
-        FileNotFoundError: No such folder, or none of its files matches the recipe's pattern.
-        ValueError: Styles or actions the recipe does not know, listed together.
-    """
-    source = Path(source)
-    if not source.is_dir():
-        raise FileNotFoundError(
-            f"{recipe.name}: expected a folder with the corpus at {source}, got nothing there"
-        )
-    paths = sorted(path for path in source.rglob("*") if path.is_file())
-    matches = [(path, path.relative_to(source).as_posix()) for path in paths]
-    found = [(path, rel, m) for path, rel in matches if (m := recipe.pattern.fullmatch(rel))]
-    if not found:
-        raise FileNotFoundError(
-            f"{recipe.name}: expected files named like {recipe.pattern.pattern!r} in {source}, "
-            f"got none among {len(paths)} files"
-        )
-    problems: dict[str, None] = {}
-    excluded: collections.Counter[str] = collections.Counter()
-    files: list[CorpusFile] = []
-    for path, relative, match in found:
-        style, action = match["style"], match["action"]
-        if style in recipe.excluded:
-            excluded[style] += 1
-        elif style not in recipe.labels:
-            problems[f"label {style!r} maps to no emotion; add it to [labels] or [excluded]"] = None
-        elif action not in recipe.actions:
-            problems[f"action {action!r} has no word; add it to [actions]"] = None
-        else:
-            files.append(_corpus_file(recipe, path, relative, match))
-    _raise_problems(recipe.recipe_path, list(problems))
-    return CorpusScan(tuple(files), dict(sorted(excluded.items())))
+    recipe: CorpusRecipe
+    scan: CorpusScan
+    motions: tuple[Motion, ...]
+    """In the order of paths."""
+    failures: tuple[FailedFile, ...]
+    """Files that were taken but could not be read."""
+
+    def complete(self) -> tuple[Motion, ...]:
+        """The motions, if every file could be read.
+
+        Raises:
+            ValueError: Some could not: up to 20 of them with their reasons.
+        """
+        raise_problems(self.recipe.name, [failure.reason for failure in self.failures])
+        return self.motions
+
+    def summary(self) -> str:
+        """Counts in a line."""
+        read, failed = len(self.motions), len(self.failures)
+        return f"{self.recipe.name}: {read} motions read, {failed} failed; {self.scan.summary()}"
 
 
 def read_corpus(
@@ -94,91 +104,165 @@ def read_corpus(
     source: Path | str,
     *,
     progress: Progress | None = None,
-) -> list[Motion]:
+    jobs: int = 1,
+) -> CorpusReading:
     """The motions of a corpus, retargeted, at the recipe's rate, closed into cycles.
 
+    A file that cannot be read becomes a `FailedFile` and the others are read all the same; whoever
+    calls decides, for instance with `CorpusReading.complete`.
+
     Args:
-        recipe: A recipe, its tables, or the path of its TOML file.
+        recipe: A recipe, its tables, the path of its TOML file, or its name in `builders/`.
         source: The folder the user downloaded.
         progress: Called with a line per hundred files, and with the counts at the end.
+        jobs: Processes.
 
     Raises:
         FileNotFoundError: The folder is missing, or holds no file of this corpus.
-        ValueError: The recipe does not fit, or files are damaged: all of them, up to 20 by name.
+        ValueError: The recipe does not fit the folder: all that is wrong, up to 20 by name.
     """
     if not isinstance(recipe, CorpusRecipe):
         recipe = load_recipe(recipe)
     report = progress or (lambda _: None)
     scan = scan_corpus(recipe, source)
+    task = functools.partial(_motion_or_failure, recipe)
+    results: Iterable[Motion | FailedFile] = map(task, scan.files)
+    if jobs > 1:
+        results = run_parallel(task, scan.files, jobs, "files", recipe.name)
     motions: list[Motion] = []
-    problems: list[str] = []
-    for number, file in enumerate(scan.files, 1):
-        try:
-            motions.append(_read_motion(recipe, file))
-        except ValueError as error:
-            problems.append(str(error))
+    failures: list[FailedFile] = []
+    for number, result in enumerate(results, 1):
+        if isinstance(result, Motion):
+            motions.append(result)
+        else:
+            failures.append(result)
         if number % 100 == 0:
             report(f"{recipe.name}: {number} of {len(scan.files)} files")
-    left_out = ", ".join(f"{style} {count}" for style, count in scan.excluded.items()) or "none"
-    report(
-        f"{recipe.name}: {len(motions)} motions read, {sum(scan.excluded.values())} files excluded "
-        f"by style ({left_out}), {len(problems)} failed"
-    )
-    _raise_problems(recipe.name, problems)
-    return motions
+    reading = CorpusReading(recipe, scan, tuple(motions), tuple(failures))
+    report(reading.summary())
+    return reading
 
 
-def _corpus_file(
-    recipe: CorpusRecipe, path: Path, relative: str, match: re.Match[str]
-) -> CorpusFile:
-    groups = {key: value or "" for key, value in match.groupdict().items()}
-    return CorpusFile(
-        path=path,
-        relative=relative,
-        motion_id=f"{recipe.name}/{recipe.motion_id.format(**groups)}",
-        performer_id=recipe.performer.format(**groups),
-        emotion=recipe.labels[groups["style"]],
-        action=recipe.actions[groups["action"]],
-    )
-
-
-def _read_motion(recipe: CorpusRecipe, file: CorpusFile) -> Motion:
-    """One file as a motion.
+def import_file(recipe: CorpusRecipe, file: CorpusFile) -> Imported:
+    """One file of a corpus as a motion, with the pose it came from.
 
     Raises:
         ValueError: The file is damaged, or its person is no person; starts with the path.
     """
-    clip = read_bvh(file.path)
-    source = source_pose(clip, metres_per_unit=recipe.metres_per_unit, up_axis=recipe.up_axis)
     try:
-        root, rotations = retarget(source, recipe.joints)
-    except ValueError as error:
-        raise ValueError(f"{file.path}: {error}") from error
-    _check_person(recipe, file, source)
-    root, rotations = resample(root, rotations, fps=source.fps, target_fps=recipe.fps)
-    motion = Motion(
-        motion_id=file.motion_id,
-        performer_id=file.performer_id,
-        group_id=file.motion_id,
-        emotion=file.emotion,
-        action=file.action,
-        fps=recipe.fps,
-        root_translation=root,
-        joint_rotations=rotations,
-        source=f"{recipe.name}: {file.relative}",
-        licence=recipe.licence,
+        source, root, rotations, report = _read_pose(recipe, file.path)
+        _check_person(recipe, source)
+        root, rotations = resample(root, rotations, fps=source.fps, target_fps=recipe.fps)
+        motion = Motion(
+            motion_id=file.motion_id,
+            performer_id=file.performer_id,
+            group_id=file.group_id,
+            emotion=file.emotion,
+            action=file.action,
+            performance=file.performance,
+            take=file.take,
+            fps=recipe.fps,
+            root_translation=root,
+            joint_rotations=rotations,
+            source=f"{recipe.name}: {file.relative}",
+            licence=recipe.licence,
+            provenance={
+                "corpus": recipe.name,
+                "file": file.relative,
+                "fps": source.fps,
+                "num_frames": source.num_frames,
+                **report,
+            },
+        )
+        return Imported(make_cyclic(motion, max_travel_m=recipe.max_travel_m), source)
+    except (ValueError, OSError) as error:
+        message = str(error)
+        if not message.startswith(str(file.path)):
+            message = f"{file.path}: {message}"
+        raise ValueError(message) from error
+
+
+def read_source(recipe: CorpusRecipe, path: Path | str) -> SourcePose:
+    """The person in a file as recorded, in metres, +Y up, before retargeting; skipped frames apart.
+
+    Raises:
+        FileNotFoundError: There is no such file.
+        ValueError: The file is damaged; starts with the path.
+    """
+    if recipe.format == "smpl_npz":
+        return smpl_source(_read_smpl(recipe, path), up_axis=recipe.up_axis)
+    clip, skip = read_bvh(path), recipe.skip_frames
+    source = source_pose(clip, metres_per_unit=recipe.metres_per_unit, up_axis=recipe.up_axis)
+    return dataclasses.replace(
+        source, positions=source.positions[skip:], rotations=source.rotations[skip:]
     )
-    return make_cyclic(motion, max_travel_m=recipe.max_travel_m)
 
 
-def _check_person(recipe: CorpusRecipe, file: CorpusFile, source: SourcePose) -> None:
+def stature_m(source: SourcePose, joints: Mapping[str, str]) -> float:
+    """Height of the person standing straight, metres, from bone lengths; bending has no effect.
+
+    Args:
+        source: A person.
+        joints: Source joint of a canonical joint; `CorpusRecipe.joint_map` gives it.
+    """
+    place = {name: source.positions[0, source.joint_names.index(j)] for name, j in joints.items()}
+    place["hips"] = 0.5 * (place["left_hip"] + place["right_hip"])
+    chains = (
+        ("left_ankle", "left_knee", "left_hip"),
+        ("hips", "pelvis", "spine1", "spine2", "spine3", "neck", "head"),
+    )
+    bones = 0.0
+    for chain in chains:
+        places = np.array([place[name] for name in chain if name in place])
+        bones += float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+    # Below the ankle and above the head joint: 3.9 and about 10 percent of stature (Winter 2009).
+    return bones / 0.86
+
+
+def _motion_or_failure(recipe: CorpusRecipe, file: CorpusFile) -> Motion | FailedFile:
+    try:
+        return import_file(recipe, file).motion
+    except ValueError as error:
+        return FailedFile(file.path, file.relative, str(error))
+
+
+def _read_pose(
+    recipe: CorpusRecipe, path: Path
+) -> tuple[SourcePose, FloatArray, FloatArray, dict[str, Any]]:
+    """A person as recorded, root and joints of the canonical body at the rate of the file, and what
+    retargeting did."""
+    if recipe.format == "smpl_npz":
+        clip = _read_smpl(recipe, path)
+        _check_length(len(clip.translation), recipe)
+        root, rotations = smpl_motion(clip, up_axis=recipe.up_axis)
+        return smpl_source(clip, up_axis=recipe.up_axis), root, rotations, {}
+    source = read_source(recipe, path)
+    _check_length(source.num_frames, recipe)
+    root, rotations, report = retarget_with_report(source, recipe.joint_map(source.joint_names))
+    return source, root, rotations, dataclasses.asdict(report)
+
+
+def _check_length(num_frames: int, recipe: CorpusRecipe) -> None:
+    if num_frames < _LEAST_FRAMES:
+        note = f" after {recipe.skip_frames} skipped" if recipe.skip_frames else ""
+        raise ValueError(f"expected {_LEAST_FRAMES} frames or more{note}, got {num_frames}")
+
+
+def _read_smpl(recipe: CorpusRecipe, path: Path | str) -> SmplClip:
+    clip, skip = read_smpl(path), recipe.skip_frames
+    translation = clip.translation[skip:] * recipe.metres_per_unit
+    return dataclasses.replace(clip, translation=translation, rotations=clip.rotations[skip:])
+
+
+def _check_person(recipe: CorpusRecipe, source: SourcePose) -> None:
     """Raises unless a person of human size is upright on the floor; else unit or axis is wrong."""
-    index = {name: source.joint_names.index(joint) for name, joint in recipe.joints.items()}
+    joints = recipe.joint_map(source.joint_names)
+    index = {name: source.joint_names.index(joint) for name, joint in joints.items()}
     low, high = recipe.height_m
-    height = _stature(source, index)
+    height = stature_m(source, joints)
     if not low <= height <= high:
         raise ValueError(
-            f"{file.path}: expected a person {low} to {high} m tall, got {height:.2f} m; "
+            f"expected a person {low} to {high} m tall, got {height:.2f} m; "
             f"check metres_per_unit in {recipe.recipe_path}"
         )
     feet = [
@@ -190,37 +274,12 @@ def _check_person(recipe: CorpusRecipe, file: CorpusFile, source: SourcePose) ->
     above = float(np.median(source.positions[:, index["head"], 1] - lowest))
     if above < _HEAD_MIN_M:
         raise ValueError(
-            f"{file.path}: expected the head {_HEAD_MIN_M} m or more above the feet, got "
+            f"expected the head {_HEAD_MIN_M} m or more above the feet, got "
             f"{above:.2f} m; check up_axis in {recipe.recipe_path}"
         )
     floor = float(np.percentile(lowest, 5.0))
     if abs(floor) > recipe.floor_m:
         raise ValueError(
-            f"{file.path}: expected feet within {recipe.floor_m} m of the floor, got "
+            f"expected feet within {recipe.floor_m} m of the floor, got "
             f"{floor:.2f} m; check up_axis and floor_m in {recipe.recipe_path}"
         )
-
-
-def _stature(source: SourcePose, index: Mapping[str, int]) -> float:
-    """Height of the person standing straight, metres, from bone lengths; bending has no effect."""
-    chains = (
-        ("left_ankle", "left_knee", "left_hip"),
-        ("pelvis", "spine1", "spine2", "spine3", "neck", "head"),
-    )
-    bones = 0.0
-    for chain in chains:
-        joints = source.positions[0, [index[name] for name in chain if name in index]]
-        bones += float(np.linalg.norm(np.diff(joints, axis=0), axis=1).sum())
-    # Below the ankle and above the head joint: 3.9 and about 10 percent of stature (Winter 2009).
-    return bones / 0.86
-
-
-def _raise_problems(name: str, problems: list[str]) -> None:
-    if not problems:
-        return
-    if len(problems) == 1:
-        raise ValueError(problems[0] if name in problems[0] else f"{name}: {problems[0]}")
-    listed = "".join(f"\n  {problem}" for problem in problems[:MAX_LISTED_PROBLEMS])
-    more = len(problems) - MAX_LISTED_PROBLEMS
-    tail = f"\n  and {more} more" if more > 0 else ""
-    raise ValueError(f"{name}: {len(problems)} problems:{listed}{tail}")

@@ -20,17 +20,28 @@ from affectsim_data.poses import (
 from affectsim_data.scenes import Scene
 from affectsim_data.visibility import RayCaster, body_samples
 
-__all__ = ["Performance", "Shares", "cycle_instants", "measure_shares"]
+__all__ = ["Performance", "Shares", "cycle_instants", "measure_shares", "partner_place"]
 
 _INSTANTS = 12
 PAIR_DISTANCE_M = 1.25
-"""Between the anchors of two people who talk to each other."""
+"""Between the anchors of two people of canonical size who interact."""
 
 
 def cycle_instants(duration_s: float) -> FloatArray:
     """Instants spread over a cycle at which shares are measured, seconds, `(12,)`."""
     instants: FloatArray = np.arange(_INSTANTS) * duration_s / _INSTANTS
     return instants
+
+
+def partner_place(scale: float = 1.0) -> FloatArray:
+    """A partner's performance frame in the target's: in front of it and facing it, `(4, 4)`.
+
+    The same in every interaction; how near the partner really comes is in its motion.
+
+    Args:
+        scale: Mean `motion_scale` of both bodies: larger people stand farther apart.
+    """
+    return compose_pose(yaw_quaternion(np.pi), np.array([0.0, 0.0, scale * PAIR_DISTANCE_M]))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,16 +52,13 @@ class Performance:
     avatar: Avatar
     partner: tuple[Motion, Avatar] | None = None
 
-    def partner_pose(self) -> FloatArray:
-        """Partner's performance frame in the target's: in front of it and facing it, `(4, 4)`."""
-        return compose_pose(yaw_quaternion(np.pi), np.array([0.0, 0.0, PAIR_DISTANCE_M]))
-
     def people(self, T_world_performance: FloatArray) -> tuple[Person, ...]:
         """Target, then partner, at a place in the world `(4, 4)`."""
         target = Person(self.motion, self.avatar, T_world_performance)
         if self.partner is None:
             return (target,)
-        return (target, Person(*self.partner, T_world_performance @ self.partner_pose()))
+        scale = 0.5 * (self.avatar.motion_scale + self.partner[1].motion_scale)
+        return (target, Person(*self.partner, T_world_performance @ partner_place(scale)))
 
     def footprint(self, *, num_instants: int = 24) -> FloatArray:
         """Where pelvises are over the cycle, in the target's frame, on the floor, `(n, 3)`."""

@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path
 from typing import Any, Literal, cast
 
-from affectsim_data.builders.corpus_recipe import load_recipe
+from affectsim_data.builders.corpus_recipe import CORPUS_TABLES, load_recipe
 from affectsim_data.cameras import Camera
 from affectsim_data.content import content_names, content_path
 from affectsim_data.episodes import Robot
@@ -16,8 +16,9 @@ from affectsim_data.schemas import CHALLENGES, FAMILIES, SPLITS, Challenge, Fami
 __all__ = ["Composition", "Recipe", "Thresholds", "read_recipe"]
 
 _KNOWN = {
-    *("name", "seed", "camera", "robot", "scenes", "avatars", "performances", "corpus"),
-    *("labels", "excluded", "actions", "joints", "splits", "thresholds", "compose"),
+    *("name", "seed", "camera", "robot", "scenes", "avatars", "performances", "screening"),
+    *("splits", "thresholds", "compose"),
+    *CORPUS_TABLES,
 }
 
 

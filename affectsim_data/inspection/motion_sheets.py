@@ -8,15 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from affectsim_data.cameras import Camera, CameraTrajectory
+from affectsim_data.cameras import Camera
 from affectsim_data.episodes import Person
-from affectsim_data.poses import FloatArray, look_at
+from affectsim_data.inspection.framing import View, needed_aspect, sheet_camera
 from affectsim_data.render import ClipSpec, PosedAvatar, Renderer
 from affectsim_data.scenes import Room, Scene, Surface
 
 __all__ = ["MotionRow", "empty_stage", "motion_sheet"]
 
-_SIZE, _CAPTION, _GAP = 176, 20, 4
+_SIZE, _CAPTION, _GAP = 200, 22, 3
 _INK, _PAPER = (60, 60, 66), (250, 250, 248)
 _HALF_M, _TILE_M = 6.0, 0.5
 _SHADES = ((176, 172, 164), (152, 149, 143))
@@ -32,10 +32,14 @@ class MotionRow:
     """All on one floor; the first one's motion gives the length of the cycle."""
 
 
-def empty_stage() -> Scene:
-    """A chequered floor, tiles of half a metre, and nothing else: slides and gaps can be seen."""
-    count = round(2.0 * _HALF_M / _TILE_M)
-    corners = np.arange(count) * _TILE_M - _HALF_M
+def empty_stage(half_m: float = _HALF_M) -> Scene:
+    """A chequered floor, tiles of half a metre, and nothing else: slides and gaps can be seen.
+
+    Args:
+        half_m: Half its side; a multiple of half a metre.
+    """
+    count = round(2.0 * half_m / _TILE_M)
+    corners = np.arange(count) * _TILE_M - half_m
     x, z = (grid.ravel() for grid in np.meshgrid(corners, corners, indexing="ij"))
     shade = (np.arange(count)[:, None] + np.arange(count)).ravel() % 2
     square = np.array([[0, 0], [0, 1], [1, 1], [1, 0]]) * _TILE_M
@@ -56,7 +60,7 @@ def empty_stage() -> Scene:
     room = Room(
         "stage",
         "stage",
-        ((-_HALF_M, -_HALF_M), (_HALF_M, -_HALF_M), (_HALF_M, _HALF_M), (-_HALF_M, _HALF_M)),
+        ((-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (-half_m, half_m)),
     )
     return Scene("stage", (floor,), (room,))
 
@@ -65,56 +69,56 @@ def motion_sheet(
     rows: Sequence[MotionRow],
     renderer: Renderer,
     *,
-    num_frames: int = 10,
+    num_frames: int = 12,
     size: int = _SIZE,
     azimuth_deg: float = 35.0,
+    labels: bool = True,
 ) -> Image.Image:
     """One motion a row, `num_frames` instants evenly over its cycle, left to right.
 
-    The camera stands still, far enough to hold all of the cycle, `azimuth_deg` to the left of
-    where the first person looks at the start.
+    The camera looks from `azimuth_deg` to the left of where the first person looks at the start, as
+    near as holds all of the cycle. It stands still, or glides along with people who walk off; the
+    tiles of the floor, half a metre, show what slides.
+
+    Args:
+        rows: The motions.
+        renderer: Draws.
+        num_frames: Instants of each motion.
+        size: Height of an instant, pixels; its width follows from what the widest row needs.
+        azimuth_deg: Side the camera looks from.
+        labels: Whether to write the captions; False to judge by eye alone.
+
+    Raises:
+        ValueError: There are no rows.
     """
-    stage = empty_stage()
-    width = num_frames * (size + _GAP) - _GAP
-    sheet = Image.new("RGB", (width, len(rows) * (size + _CAPTION)), _PAPER)
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=13)
-    for place, row in enumerate(rows):
-        top = place * (size + _CAPTION)
-        draw.text((2, top + 2), row.caption, fill=_INK, font=font)
-        frames = renderer.render(_spec(row, stage, num_frames, size, azimuth_deg)).rgb
-        for column, frame in enumerate(frames):
-            sheet.paste(Image.fromarray(frame), (column * (size + _GAP), top + _CAPTION))
+    if not rows:
+        raise ValueError("motion_sheet needs at least one row, got none")
+    views = [View(row.people, azimuth_deg) for row in rows]
+    column = round(size * needed_aspect(views))
+    caption = _CAPTION if labels else _GAP
+    width = num_frames * (column + _GAP) - _GAP
+    sheet = Image.new("RGB", (width, len(rows) * (size + caption)), _PAPER)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=15)
+    stage = empty_stage(_stage_half_m(views))
+    for place, (row, view) in enumerate(zip(rows, views, strict=True)):
+        top = place * (size + caption)
+        if labels:
+            draw.text((3, top + 2), row.caption, fill=_INK, font=font)
+        spec = _spec(row, view, stage, num_frames, sheet_camera(column, size))
+        for number, frame in enumerate(renderer.render(spec).rgb):
+            sheet.paste(Image.fromarray(frame), (number * (column + _GAP), top + caption))
     return sheet
 
 
-def _spec(row: MotionRow, stage: Scene, num_frames: int, size: int, azimuth_deg: float) -> ClipSpec:
-    motion = row.people[0].motion
-    time_s = np.arange(num_frames) * motion.duration_s / num_frames
-    camera = Camera(width=size, height=size, hfov=np.deg2rad(40.0))
-    pose = _viewpoint(row.people, camera, azimuth_deg)
-    trajectory = CameraTrajectory(np.tile(pose, (num_frames, 1, 1)))
+def _spec(row: MotionRow, view: View, stage: Scene, num_frames: int, camera: Camera) -> ClipSpec:
+    time_s = np.arange(num_frames) * row.people[0].motion.duration_s / num_frames
     people = tuple(
         PosedAvatar(person.avatar, person.joint_matrices(time_s)) for person in row.people
     )
-    return ClipSpec(stage, people, camera, trajectory)
+    return ClipSpec(stage, people, camera, view.trajectory(camera, time_s))
 
 
-def _viewpoint(people: Sequence[Person], camera: Camera, azimuth_deg: float) -> FloatArray:
-    """A still camera that sees every joint at every instant, `(4, 4)`."""
-    joints = np.concatenate(
-        [
-            person.joint_frames(np.arange(person.motion.num_frames) / person.motion.fps)[
-                ..., :3, 3
-            ].reshape(-1, 3)
-            for person in people
-        ]
-    )
-    low, high = joints.min(axis=0), joints.max(axis=0)
-    center = 0.5 * (low + high)
-    center[1] = 0.5 * max(high[1] + 0.15, 1.7)
-    radius = float(np.linalg.norm((joints - center)[:, [0, 2]], axis=1).max()) + 0.25
-    reach = max(radius, center[1]) / np.tan(camera.hfov / 2.0) + 0.6 * radius
-    facing = people[0].T_world_performance[:3, :3] @ np.array([0.0, 0.0, 1.0])
-    azimuth = np.arctan2(facing[0], facing[2]) + np.deg2rad(azimuth_deg)
-    way = np.array([np.sin(azimuth), 0.22, np.cos(azimuth)])
-    return look_at(center + reach * way, center)
+def _stage_half_m(views: Sequence[View]) -> float:
+    """Half the side of a floor that goes on behind everybody, whole tiles."""
+    reach = max(float(np.abs(view.reach()).max()) for view in views)
+    return float(np.ceil(max(_HALF_M, reach + 4.0)))

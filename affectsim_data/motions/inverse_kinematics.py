@@ -11,7 +11,12 @@ __all__ = ["align_bone", "two_bone_ik"]
 
 
 def two_bone_ik(
-    target: FloatArray, pole: FloatArray, upper_m: float, lower_m: float
+    target: FloatArray,
+    pole: FloatArray,
+    upper_m: float,
+    lower_m: float,
+    *,
+    max_flexion: float = np.pi,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Directions of two bones that reach for a target, by the law of cosines.
 
@@ -20,13 +25,16 @@ def two_bone_ik(
         pole: Where the middle joint sticks out to, `(n, 3)`.
         upper_m: Length of the first bone.
         lower_m: Length of the second.
+        max_flexion: How far the middle joint bends, radians; a nearer target is not reached.
 
     Returns:
         Unit directions of both bones and the axis the middle joint bends about, each `(n, 3)`.
     """
     distance = np.linalg.norm(target, axis=-1, keepdims=True)
     along = target / np.maximum(distance, 1e-9)
-    shortest, longest = abs(upper_m - lower_m) + 1e-3, (upper_m + lower_m) * 0.9995
+    folded = upper_m**2 + lower_m**2 + 2.0 * upper_m * lower_m * np.cos(max_flexion)
+    shortest = max(float(np.sqrt(max(folded, 0.0))), abs(upper_m - lower_m) + 1e-3)
+    longest = (upper_m + lower_m) * 0.9995
     distance = np.clip(distance, shortest, longest)
     cosine = (upper_m**2 + distance**2 - lower_m**2) / (2.0 * upper_m * distance)
     cosine = np.clip(cosine, -1.0, 1.0)

@@ -26,8 +26,9 @@ SIDES = ("left", "right")
 TRUNK = ("pelvis", "spine1", "spine2", "spine3", "neck", "head")
 LIMBS = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"))
 
-_HINGE_MIN_SINE = 0.03
-"""Below this mean sine of flexion a limb was straight throughout and shows no bending axis."""
+_HINGE_SURE_SINE = 0.2
+"""Below this mean sine of flexion a limb was all but straight, and which way it bent may be noise:
+its axis is then drawn to where one would expect it, the more the less it bent."""
 _STANDING_PERCENTILE = 20.0
 """Share of the frames, those with the foot lowest, in which it counts as standing."""
 
@@ -117,11 +118,12 @@ def _limb_offsets(
     rest_axis = ((0.0, -1.0 if side == "left" else 1.0, 0.0)) if arm else (1.0, 0.0, 0.0)
     bones = _bone(source, index, upper, middle), _bone(source, index, middle, end)
     hinge = _mean_local(source, index[upper], np.cross(*bones), normalize=False)
-    if np.linalg.norm(hinge) < _HINGE_MIN_SINE:
+    unsure = _HINGE_SURE_SINE - float(np.linalg.norm(hinge))
+    if unsure > 0.0:
         # Hanging straight, an elbow would bend about the axis that points to the body's right.
         sideways = (-1.0 if arm else 1.0, 0.0, 0.0)
         across = _world_axis(source, index, trunk, base, sideways)
-        hinge = _mean_local(source, index[upper], across)
+        hinge = hinge + unsure * _mean_local(source, index[upper], across)
     outer = _mean_local(source, index[middle], bones[1])
     directions = {upper: _mean_local(source, index[upper], bones[0]), middle: outer}
     rest = {name: _rest_bone(child) for name, child in ((upper, middle), (middle, end))}

@@ -42,18 +42,15 @@ def _brow(figure: Figure, rest: Surface, side: str, thickness_m: float) -> tuple
         inside: FloatArray = half - direction * (points[:, 1] - height)
         return inside
 
-    left_over = []
-    brow = rest
-    for level in (
-        lambda points: points[:, 2] - center[2],
-        along,
-        lambda points: 1.0 - along(points),
-        lambda points: edge(points, 1.0),
-        lambda points: edge(points, -1.0),
-    ):
-        brow, outside = brow.cut(level(brow.positions))
-        left_over.append(outside)
-    return brow, merge(left_over)
+    return rest.carve(
+        (
+            lambda points: points[:, 2] - center[2],
+            along,
+            lambda points: 1.0 - along(points),
+            lambda points: edge(points, 1.0),
+            lambda points: edge(points, -1.0),
+        )
+    )
 
 
 def _lashes(figure: Figure, head: Surface) -> Surface:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
+from affectsim_data.builders.bodies.hands import relax_hands
 from affectsim_data.builders.bodies.surfaces import IntArray, Surface, normalized
+from affectsim_data.builders.bodies.weights import bendable_weights
 from affectsim_data.errors import require_extra
 from affectsim_data.poses import FloatArray
 from affectsim_data.skeletons import JOINT_NAMES, JOINT_PARENTS
@@ -34,6 +36,17 @@ _OWNERS = {
     **{f"toe{toe}-1": "foot" for toe in range(1, 6)},
 }
 """The Anny bones at which one of our joints begins; the bones below belong to it as well."""
+_FLEXED_DEG = {
+    "hip": (-50.0, 0.0, 16.0),
+    "knee": (60.0, 0.0, 0.0),
+    "ankle": (-20.0, 0.0, 0.0),
+    "shoulder": (0.0, 0.0, -30.0),
+    "elbow": (0.0, -60.0, 0.0),
+}
+"""Turns about x, y and z of the left side in which surfaces are simplified."""
+_GIRDLE_DEG = -5.0
+"""Rise of the collar bones in the rest pose. Anny's fall by 10 degrees with the arms half down, and
+motions seldom lower them: raised as in a real T-pose, hanging arms had square shoulders."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,6 +63,37 @@ class Figure:
     """Quads of the base mesh by group, `(num_quads, 4)`."""
     masks: Mapping[str, FloatArray]
     """Vertex masks in [0, 1] by name: `lips`, `ears`, `inside`."""
+
+    def flexed(self, parts: Collection[str]) -> FloatArray:
+        """Joint matrices `(22, 4, 4)` of a half seated pose, in which only `parts` are turned.
+
+        A surface simplified there keeps its triangles where it bends; legs are apart, so that no
+        point of one thigh is nearest to the other.
+        """
+        rest = np.array([self.joints[name] for name in JOINT_NAMES])
+        frames = np.tile(np.eye(4), (len(JOINT_NAMES), 1, 1))
+        for joint, (name, parent) in enumerate(zip(JOINT_NAMES, JOINT_PARENTS, strict=True)):
+            side, _, part = name.partition("_")
+            turn = np.radians(_FLEXED_DEG[part] if part in parts else np.zeros(3))
+            if side == "right":
+                turn = turn * [1.0, -1.0, -1.0]
+            frames[joint, :3, :3] = Rotation.from_euler("xyz", turn).as_matrix()
+            frames[joint, :3, 3] = rest[joint] - (rest[parent] if parent >= 0 else 0.0)
+            if parent >= 0:
+                frames[joint] = frames[parent] @ frames[joint]
+        frames[:, :3, 3] -= np.einsum("jab,jb->ja", frames[:, :3, :3], rest)
+        return frames
+
+    def simplified(self, surface: Surface, num_faces: int, *, parts: Collection[str]) -> Surface:
+        """A surface of this body in about `num_faces` triangles, more of them where it bends.
+
+        Args:
+            surface: What to simplify.
+            num_faces: About how many triangles it may have.
+            parts: Joints it bends at: `hip`, `knee`, `ankle`, `shoulder`, `elbow`.
+        """
+        pose = self.flexed(parts)
+        return surface.posed(pose).simplify(num_faces, keep_borders=True).posed(pose, back=True)
 
     def surface(self, group: str) -> Surface:
         """The triangles of a group, with the masks as scalars."""
@@ -111,10 +155,16 @@ class AnnySource:
         skin = positions[np.unique(self._groups["body"])]
         scale = height_m / (skin[:, 1].max() - skin[:, 1].min())
         positions, heads = positions * scale, heads * scale
-        weights = self._joint_weights()
         labels = list(self._model.bone_labels)
         bones = {label: heads[index] for index, label in enumerate(labels)}
+        indices = self._model.vertex_bone_indices.numpy()
+        positions = relax_hands(
+            positions, bones, labels, indices, self._model.vertex_bone_weights.numpy()
+        )
         rest_joints = _joint_positions(bones, scale)
+        named = dict(zip(JOINT_NAMES, rest_joints, strict=True))
+        surfaces = [self._groups[name] for name in ("body", "helper-tights")]
+        weights = bendable_weights(self._joint_weights(), positions, named, surfaces)
         positions, joints = _to_t_pose(positions, weights, rest_joints, bones)
         soles = positions[np.unique(self._groups["body"])][:, 1].min()
         shift = np.array([joints[0, 0], soles, joints[0, 2]])
@@ -133,9 +183,6 @@ class AnnySource:
         for slot in range(indices.shape[1]):
             owners = self._owners[indices[:, slot]]
             np.add.at(weights, (np.arange(len(indices)), owners), values[:, slot])
-        # Four joints are all a vertex may have; drop the rest before the pose changes.
-        floor = np.sort(weights, axis=1)[:, -4][:, None]
-        weights = np.where(weights >= np.maximum(floor, 1e-3), weights, 0.0)
         total: FloatArray = weights / weights.sum(axis=1, keepdims=True)
         return total
 
@@ -195,7 +242,7 @@ def _limb_turns(
     palm = bones[f"finger3-1{suffix}"] - bones[f"wrist{suffix}"]
     knuckles = bones[f"finger5-1{suffix}"] - bones[f"finger2-1{suffix}"]
     girdle = toward("collar", "shoulder")
-    level = normalized(np.array([sign, np.tan(np.radians(8.0)), girdle[2]]))
+    level = normalized(np.array([sign, np.tan(np.radians(_GIRDLE_DEG)), girdle[2]]))
     thigh, shin, foot = toward("hip", "knee"), toward("knee", "ankle"), toward("ankle", "foot")
     yaw = -np.arctan2(foot[0], foot[2])
     turn = Rotation.from_euler("y", yaw).as_matrix()

@@ -32,6 +32,8 @@ class Style:
     """How far it hangs below the eyes at the sides and the back; 0 if it ends at the hairline."""
     bun: bool
     """Whether it is tied into a bun at the back."""
+    bald: bool = False
+    """Whether the crown is bare."""
 
 
 def _skull_radii(skull: Surface, center: FloatArray, rays: FloatArray) -> FloatArray:
@@ -118,12 +120,13 @@ def _bun(figure: Figure, center: FloatArray, size: int) -> Surface:
     ripple = 1.0 + 0.035 * np.sin(5.0 * a + 4.0 * e)
     points = ball.reshape(-1, 3) * [0.043, 0.038, 0.036] * ripple.reshape(-1, 1)
     points = points + center + [0.0, 0.062, -0.104]
-    scalars = {"shade": 0.5 + 0.5 * np.sin(7.0 * a + 5.0 * e).ravel()}
+    shade = 0.5 + 0.5 * np.sin(7.0 * a + 5.0 * e).ravel()
+    scalars = {"shade": shade, "bare": np.zeros_like(shade)}
     return Surface(points, _grid_faces(rows, columns), _weights(figure, points), scalars)
 
 
 def hair(figure: Figure, style: Style, *, size: int) -> Surface:
-    """The hair with a scalar `shade` in [0, 1] that tells strands apart.
+    """The hair with scalars in [0, 1]: `shade` tells strands apart, `bare` is skin, not hair.
 
     Args:
         figure: The body it grows on.
@@ -149,17 +152,23 @@ def hair(figure: Figure, style: Style, *, size: int) -> Surface:
     # Short hair thins out towards its line; hair that hangs stays thick and covers the ears.
     thick *= np.maximum(np.sqrt(1.0 - 0.92 * share**3), hangs)
     thick += hangs * 0.012 * np.interp(elevation, [-8.0, 30.0], [1.0, 0.0])
+    front = np.interp(side, [40.0, 70.0], [0.0, 1.0])
+    crown = np.interp(elevation, [14.0, 24.0], [0.0, 1.0])
+    bare = np.maximum(crown, (1.0 - front)) * style.bald
+    thick = thick * (1.0 - bare) + 0.0015 * bare
     strand = np.sin(np.radians(turn * 17.0)) + np.sin(np.radians(turn * 29.0 + 40.0))
     fade = np.interp(elevation, [40.0, 88.0], [1.0, 0.0])
-    thick += 0.0011 * strand * fade
+    thick += 0.0011 * strand * fade * (1.0 - bare)
     # A coarse polygon cuts corners: widen it until its sides clear the skull.
     wide = 1.0 / np.cos(np.pi / size)
     paths = _around(center, turn, elevation, (radius + thick) * wide)
+    bares = [bare]
     shades = [np.broadcast_to(0.5 + 0.25 * strand, elevation.shape) * fade + 0.5 * (1.0 - fade)]
     layers = [paths]
     if style.length_m > 0.0:
         layers.append(_hanging(paths[-1], eyes[1], hangs, style.length_m, strand, rows // 2))
         shades.append(np.broadcast_to(shades[0][-1], (rows // 2, size)))
+        bares.append(np.zeros((rows // 2, size)))
     tip = layers[-1][-1]
     inward = np.stack([np.sin(np.radians(turn)), np.zeros(size), np.cos(np.radians(turn))], axis=1)
     under = tip - inward * (0.006 + 0.010 * hangs)[:, None]
@@ -167,10 +176,14 @@ def hair(figure: Figure, style: Style, *, size: int) -> Surface:
     root = _around(center, turn, end[None], _interpolate(table, side[None], end[None]) - 0.004)
     layers.append(root)
     shades += [np.zeros((1, size)), np.zeros((1, size))]
+    bares += [bare[-1:], bare[-1:]]
     points = np.concatenate(layers).reshape(-1, 3)
     shade = np.concatenate(shades).reshape(-1)
     count = sum(len(layer) for layer in layers)
-    cap = Surface(points, _grid_faces(count, size), _weights(figure, points), {"shade": shade})
+    scalars = {"shade": shade, "bare": np.concatenate(bares).reshape(-1)}
+    faces = _grid_faces(count, size)
+    faces = faces[scalars["bare"][faces].min(axis=1) < 1.0]
+    cap = Surface(points, faces, _weights(figure, points), scalars).with_faces(faces)
     return merge([cap, _bun(figure, center, size)]) if style.bun else cap
 
 

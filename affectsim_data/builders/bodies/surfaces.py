@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,11 @@ from affectsim_data.avatars import AvatarMesh
 from affectsim_data.errors import require_extra
 from affectsim_data.poses import FloatArray
 
-__all__ = ["Surface", "merge", "normalized", "to_mesh"]
+__all__ = ["Level", "Surface", "merge", "normalized", "to_mesh"]
 
 IntArray = NDArray[np.int64]
+Level = Callable[[FloatArray], FloatArray]
+"""A signed distance or the like of points `(n, 3)`, `(n,)`."""
 
 # trimesh leaves these two without types.
 _closest_point: Any = triangles.closest_point
@@ -62,6 +64,25 @@ class Surface:
     def with_normals(self) -> Surface:
         """The surface with its present smooth normals fixed."""
         return dataclasses.replace(self, normals=self.vertex_normals())
+
+    def posed(self, matrices: FloatArray, *, back: bool = False) -> Surface:
+        """The surface under joint matrices `(num_joints, 4, 4)`, or brought back from there."""
+        blended = np.einsum("vj,jab->vab", self.weights, matrices)
+        if back:
+            blended = np.linalg.inv(blended)
+        turned = np.einsum("vab,vb->va", blended[:, :3, :3], self.positions)
+        return self.moved(turned + blended[:, :3, 3])
+
+    def subdivided(self) -> Surface:
+        """The surface with every triangle split into four at the middles of its sides."""
+        sides = np.sort(self.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges, inverse = np.unique(sides, axis=0, return_inverse=True)
+        middles = self._gather(edges[:, 0], edges[:, 1], np.full(len(edges), 0.5))
+        a, b, c = self.faces.T
+        ab, bc, ca = len(self.positions) + inverse.reshape(-1, 3).T
+        quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        faces = np.concatenate([np.stack(corners, axis=1) for corners in quarters])
+        return dataclasses.replace(_append(self, middles), faces=faces)
 
     def _gather(self, first: IntArray, second: IntArray, share: FloatArray) -> Surface:
         """Vertices between pairs of vertices, without faces; `share` of the second one."""
@@ -112,6 +133,16 @@ class Surface:
         )
         return inside, outside
 
+    def carve(self, levels: Sequence[Level]) -> tuple[Surface, Surface]:
+        """The part where all levels are positive, and the rest. Cut by one after the other, so
+        that a part thinner than a triangle is found."""
+        rest = []
+        inside = self
+        for level in levels:
+            inside, outside = inside.cut(level(inside.positions))
+            rest.append(outside)
+        return inside, merge(rest)
+
     def boundary(self) -> IntArray:
         """Directed edges that only one face has, `(num_edges, 2)`."""
         edges = self.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
@@ -120,6 +151,15 @@ class Surface:
         )
         border: IntArray = edges[np.sort(index[count == 1])]
         return border
+
+    def welded(self, other: Surface, rim: IntArray) -> Surface:
+        """Both surfaces as one; the first vertices of `other` are those in `rim` here."""
+        whole = _append(self, other)
+        places = np.concatenate(
+            [rim, len(self.positions) + np.arange(len(rim), len(other.positions))]
+        )
+        joined = np.concatenate([self.faces, places[other.faces]])
+        return whole.with_faces(joined)
 
     def hem(self, depth_m: float) -> Surface:
         """A strip that turns every border inwards, so that a thin shell looks like cloth."""
@@ -170,6 +210,13 @@ class Surface:
             preserve_border=keep_borders,
         )
         points, faces = points.astype(np.float64), faces.astype(np.int64)
+        whole = self.carried(points, faces)
+        first, second = points[faces[:, 1:]].swapaxes(0, 1) - points[faces[:, 0]]
+        area = np.linalg.norm(np.cross(first, second), axis=1)
+        return whole.with_faces(faces[area > 1e-12])
+
+    def carried(self, points: FloatArray, faces: IntArray) -> Surface:
+        """Another mesh, its weights and scalars those of the nearest points of this surface."""
         corners, shares = self._nearest(points)
 
         def take(values: FloatArray) -> FloatArray:
@@ -177,10 +224,7 @@ class Surface:
             return taken
 
         scalars = {name: take(values) for name, values in self.scalars.items()}
-        whole = Surface(points, faces, take(self.weights), scalars)
-        first, second = points[faces[:, 1:]].swapaxes(0, 1) - points[faces[:, 0]]
-        area = np.linalg.norm(np.cross(first, second), axis=1)
-        return whole.with_faces(faces[area > 1e-12])
+        return Surface(points, faces, take(self.weights), scalars)
 
     def _nearest(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
         """Corners `(n, 3)` of the nearest triangle and barycentric shares `(n, 3)` in it."""
@@ -226,6 +270,11 @@ def merge(surfaces: list[Surface]) -> Surface:
     return whole
 
 
+def _on_grid(values: FloatArray) -> NDArray[np.float32]:
+    """Values on a grid of 2^-14, so that what differs between processors is rounded away."""
+    return np.asarray(np.round(values * 2.0**14) / 2.0**14 + 0.0, np.float32)
+
+
 def to_mesh(parts: list[tuple[Surface, NDArray[np.uint8]]]) -> AvatarMesh:
     """The drawable mesh of parts with an sRGB colour `(3,)` or colours `(num_vertices, 3)` each."""
     parts = [part for part in parts if len(part[0].faces)]
@@ -243,8 +292,8 @@ def to_mesh(parts: list[tuple[Surface, NDArray[np.uint8]]]) -> AvatarMesh:
     normals = normalized(whole.normals)
     normals[np.linalg.norm(normals, axis=1) < 0.5] = (0.0, 1.0, 0.0)
     return AvatarMesh(
-        positions=whole.positions.astype(np.float32),
-        normals=normals.astype(np.float32),
+        positions=_on_grid(whole.positions),
+        normals=_on_grid(normals),
         colors=colors.astype(np.uint8),
         joint_indices=np.where(whole_weights > 0, indices, 0).astype(np.uint8),
         joint_weights=whole_weights.astype(np.uint8),

@@ -10,7 +10,10 @@ from scipy.interpolate import PchipInterpolator
 
 from affectsim_data.poses import FloatArray
 
-__all__ = ["curve", "cycle_phase", "keyframes", "noise", "wave"]
+__all__ = ["FPS", "curve", "cycle_phase", "follow", "keyframes", "noise", "wave"]
+
+FPS = 30.0
+"""Frames per second of every procedural performance."""
 
 
 def cycle_phase(num_frames: int) -> FloatArray:
@@ -34,6 +37,25 @@ def keyframes(phase: FloatArray, keys: Sequence[tuple[float, ArrayLike]]) -> Flo
 def curve(phase: FloatArray, times: Sequence[float], values: Sequence[float]) -> FloatArray:
     """`keyframes` of plain numbers, times and values apart, `(n,)`."""
     return keyframes(phase, list(zip(times, values, strict=True)))
+
+
+def follow(values: FloatArray, *, hz: float, damping: float = 0.8) -> FloatArray:
+    """What hangs from a spring does while its hand moves along a periodic curve, `(n, ...)`.
+
+    The curve comes out late and without edges; below a damping of 0.7 it swings past its turns. A
+    second-order low pass in the frequency domain, so cycles stay closed.
+
+    Args:
+        values: One cycle at `FPS`, `(n, ...)`.
+        hz: Natural frequency; slower is heavier.
+        damping: 1 is critical.
+    """
+    ratio = np.fft.rfftfreq(len(values), 1.0 / FPS) / hz
+    response = 1.0 / (1.0 - ratio**2 + 2j * damping * ratio)
+    spectrum = np.fft.rfft(values, axis=0)
+    spectrum = spectrum * response.reshape(-1, *[1] * (values.ndim - 1))
+    followed: FloatArray = np.fft.irfft(spectrum, len(values), axis=0)
+    return followed
 
 
 def noise(

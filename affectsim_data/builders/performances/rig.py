@@ -19,10 +19,23 @@ from affectsim_data.poses import (
 )
 from affectsim_data.skeletons import BODY, JOINT_NAMES, JOINT_PARENTS, NUM_JOINTS
 
-__all__ = ["SIDES", "SIGN", "TOE_OFFSET", "BodyTrack", "Contact", "foot_rotation", "solve_body"]
+__all__ = [
+    "SIDES",
+    "SIGN",
+    "TOE_OFFSET",
+    "BodyTrack",
+    "Contact",
+    "body_frames",
+    "clear_of_trunk",
+    "foot_rotation",
+    "solve_body",
+    "turn_rotation",
+]
 
 SIDES: tuple[Side, Side] = ("left", "right")
 SIGN = {"left": 1.0, "right": -1.0}
+_ELBOW_FLEXION = np.deg2rad(150.0)
+"""How far elbows bend (AAOS, Joint Motion, 1965)."""
 TOE_OFFSET = BODY.joint_offsets[JOINT_NAMES.index("left_foot")]
 """Toe base in the foot, metres, `(3,)`; the same on both sides."""
 _TRUNK_HALF_M = np.array([0.20, 0.16])
@@ -74,6 +87,8 @@ class BodyTrack:
     """Wrists held at places of the world instead, such as another person's shoulder."""
     knees: dict[Side, FloatArray] = dataclasses.field(default_factory=dict)
     """Which way the knee sticks out in the world, `(num_frames, 3)`; over the toes if not given."""
+    nod: FloatArray | None = None
+    """Pitch of the head alone on the neck, beside `head_turn`, `(num_frames,)`."""
 
 
 def foot_rotation(feet: FloatArray) -> FloatArray:
@@ -98,18 +113,47 @@ def solve_body(track: BodyTrack) -> tuple[FloatArray, FloatArray]:
     return track.pelvis_position, standard_quaternion(local)
 
 
+def clear_of_trunk(target: FloatArray, chest: FloatArray, positions: FloatArray) -> FloatArray:
+    """Wrist targets moved out of an elliptic column around the chest's axis, below the neck."""
+    origin = positions[:, JOINT_NAMES.index("spine3")]
+    local = quaternion_rotate(quaternion_conjugate(chest), target - origin)
+    flat = local[:, [0, 2]] / _TRUNK_HALF_M
+    radius = np.linalg.norm(flat, axis=1)
+    below = local[:, 1] < 0.12
+    factor = np.where(below & (radius < 1.0), 1.0 / np.maximum(radius, 1e-3), 1.0)
+    local[:, [0, 2]] *= factor[:, None]
+    return origin + quaternion_rotate(chest, local)
+
+
+def body_frames(track: BodyTrack) -> tuple[FloatArray, FloatArray]:
+    """World rotations `(num_frames, 22, 4)` and positions of all joints but arms, metres.
+
+    Places on the body, such as a mouth or a thigh, can be found before the arms reach for them.
+    Elbows and wrists are left at 0.
+    """
+    world = np.zeros((len(track.pelvis_position), NUM_JOINTS, 4))
+    positions = np.zeros((len(world), NUM_JOINTS, 3))
+    _place_trunk(track, world, positions)
+    for side in SIDES:
+        _place_leg(track, side, world, positions)
+    return world, positions
+
+
 def _place_trunk(track: BodyTrack, world: FloatArray, positions: FloatArray) -> None:
     """Pelvis to head, and the collar bones."""
-    world[:, 0] = _turn(track.pelvis_turn)
+    world[:, 0] = turn_rotation(track.pelvis_turn)
     positions[:, 0] = track.pelvis_position
     for names, turn in (
         (("spine1", "spine2", "spine3"), track.trunk_turn),
         (("neck", "head"), track.head_turn),
     ):
-        share = _turn(turn / len(names))
+        share = turn_rotation(turn / len(names))
         for name in names:
             joint, parent = _place(name, world, positions)
             world[:, joint] = quaternion_multiply(world[:, parent], share)
+    if track.nod is not None:
+        nod = axis_angle_quaternion([1.0, 0.0, 0.0], track.nod)
+        world[:, joint] = quaternion_multiply(world[:, joint], nod)
     for side in SIDES:
         joint, parent = _place(f"{side}_collar", world, positions)
         lift = axis_angle_quaternion([0.0, 0.0, SIGN[side]], track.shrug)
@@ -127,14 +171,18 @@ def _place_arm(track: BodyTrack, side: Side, world: FloatArray, positions: Float
     level = yaw_quaternion(np.arctan2(forward[:, 0], forward[:, 2]))
     mirror = np.array([SIGN[side], 1.0, 1.0])
     target = quaternion_rotate(level, track.wrists[side] * mirror)
-    target = _clear_of_trunk(positions[:, shoulder] + target, chest, positions)
+    target = clear_of_trunk(positions[:, shoulder] + target, chest, positions)
     if side in track.contacts:
         contact = track.contacts[side]
         target = target + contact.share[:, None] * (contact.position - target)
     pole = quaternion_rotate(level, track.elbows[side] * mirror)
     lengths = np.linalg.norm(BODY.joint_offsets[[elbow, wrist]], axis=1)
     upper, lower, hinge = two_bone_ik(
-        target - positions[:, shoulder], pole, float(lengths[0]), float(lengths[1])
+        target - positions[:, shoulder],
+        pole,
+        float(lengths[0]),
+        float(lengths[1]),
+        max_flexion=_ELBOW_FLEXION,
     )
     bone, axis = [SIGN[side], 0.0, 0.0], [0.0, -SIGN[side], 0.0]
     world[:, shoulder] = align_bone(upper, hinge, bone, axis)
@@ -162,6 +210,8 @@ def _place_leg(track: BodyTrack, side: Side, world: FloatArray, positions: Float
     )
     world[:, hip] = align_bone(upper, hinge, [0.0, -1.0, 0.0], [1.0, 0.0, 0.0])
     world[:, knee] = align_bone(lower, hinge, [0.0, -1.0, 0.0], [1.0, 0.0, 0.0])
+    positions[:, knee] = positions[:, hip] + lengths[0] * upper
+    positions[:, ankle] = positions[:, knee] + lengths[1] * lower
     world[:, ankle] = foot_rotation(feet)
     # Toes stay on the floor while the heel lifts.
     flat = np.stack([feet[:, 0], np.minimum(feet[:, 1], 0.0)], axis=1)
@@ -177,19 +227,7 @@ def _place(name: str, world: FloatArray, positions: FloatArray) -> tuple[int, in
     return joint, parent
 
 
-def _clear_of_trunk(target: FloatArray, chest: FloatArray, positions: FloatArray) -> FloatArray:
-    """Wrist targets moved out of an elliptic column around the chest's axis, below the neck."""
-    origin = positions[:, JOINT_NAMES.index("spine3")]
-    local = quaternion_rotate(quaternion_conjugate(chest), target - origin)
-    flat = local[:, [0, 2]] / _TRUNK_HALF_M
-    radius = np.linalg.norm(flat, axis=1)
-    below = local[:, 1] < 0.12
-    factor = np.where(below & (radius < 1.0), 1.0 / np.maximum(radius, 1e-3), 1.0)
-    local[:, [0, 2]] *= factor[:, None]
-    return origin + quaternion_rotate(chest, local)
-
-
-def _turn(turn: FloatArray) -> FloatArray:
+def turn_rotation(turn: FloatArray) -> FloatArray:
     """Rotation `(n, 4)` of `(pitch, yaw, roll)` `(n, 3)`: roll first, then pitch, then yaw."""
     pitch = axis_angle_quaternion([1.0, 0.0, 0.0], turn[:, 0])
     roll = axis_angle_quaternion([0.0, 0.0, 1.0], turn[:, 2])

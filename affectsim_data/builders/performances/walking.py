@@ -2,210 +2,295 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
-from affectsim_data.builders.performances.curves import cycle_phase, noise, wave
+from affectsim_data.builders.performances.curves import FPS, cycle_phase, noise, wave
+from affectsim_data.builders.performances.living import breathe, glances, limit_head, tremble
+from affectsim_data.builders.performances.paths import Oval, paced
 from affectsim_data.builders.performances.rig import (
     SIDES,
     SIGN,
     TOE_OFFSET,
     BodyTrack,
     foot_rotation,
+    turn_rotation,
 )
-from affectsim_data.builders.performances.styles import KINEMATICS, POSTURES, Performer, Side
+from affectsim_data.builders.performances.styles import (
+    GAITS,
+    KINEMATICS,
+    POSTURES,
+    Expression,
+    Gait,
+    Kinematics,
+    Performer,
+    Side,
+    blend_loosely,
+)
+from affectsim_data.builders.performances.swinging import swing_arms
 from affectsim_data.motions.motion import Emotion
 from affectsim_data.poses import FloatArray, quaternion_rotate, yaw_quaternion
 from affectsim_data.skeletons import BODY, JOINT_NAMES
 
 __all__ = ["FPS", "walk_track"]
 
-FPS = 30.0
-_PATH_M = 6.6
-"""Length of the oval at an ordinary stride, 2.4 m by 1.2 m; slow walkers take a smaller one."""
+_PATH_M = 6.3
+"""Length of the oval at an ordinary stride, 2.6 m by 1.2 m; slow walkers take a smaller one."""
 _LONGEST_S = 8.0
 _STANCE = (-0.25, 0.36)
 """Phase of a stride, from the moment the pelvis passes the foot, in which the foot is planted."""
 _HEEL_OFF, _FOOT_FLAT = 0.10, -0.16
-_TOE_OFF_PITCH, _STRIKE_PITCH = np.deg2rad(42.0), np.deg2rad(-16.0)
-_OVAL = 0.5
-"""Share by which curvature varies: 0 is a circle, 0.5 has straight sides."""
-_SLOWDOWN = 0.16
-"""Share by which speed varies between the sides and the ends of the oval."""
-_LEG_M = 0.832
+_LEG_M = 0.829
+_GRAVITY = 9.81
+_HALF_WIDTH_M = 0.075
+_STRETCHED, _DAMPED = 1.04, 0.88
+"""Stride and bounce come out as measured with these: the straight frames of an oval are slower than
+its middle, and legs that swing out add to the rise and fall."""
+_CADENCE_SHARE = 0.6
+"""Legs are pendulums: steps differ less in tempo between people than gestures do."""
+_NECK_SHARE = 0.7
+"""Lean from pelvis to neck over the pitch of the chest: the spine bends on the way."""
+_HEAD_GAIN = 1.4
+"""Turn of the head over that of the neck past the chest: 2 turns both alike, less spares the eyes
+from looking at the sky."""
 
 
-def walk_track(emotion: Emotion, who: Performer, *, rng: np.random.Generator) -> BodyTrack:
-    """One round of the oval, starting in the middle of a straight side."""
-    style, posture = KINEMATICS[emotion], POSTURES[emotion]
-    stride_s = 120.0 / (style.cadence_steps_min * who.tempo)
-    # A round has bends, where steps are shorter than the straight ones that were measured.
-    stride_m = style.stride_m * 0.88 * (0.5 + 0.5 * who.reach)
-    num_strides = int(np.clip(round(_PATH_M / stride_m), 4, int(_LONGEST_S / stride_s)))
-    phase = cycle_phase(round(num_strides * stride_s * FPS))
-    side_way = SIGN[who.hand]
-    path = _Oval(num_strides * stride_m, side_way)
-    gait = phase * num_strides
+@dataclasses.dataclass(frozen=True)
+class _Walk:
+    """One walk: who, how, and when each foot stands."""
+
+    who: Performer
+    style: Kinematics
+    gait_style: Gait
+    path: Oval
+    num_strides: int
+    stride_s: float
+    gait: FloatArray
+    """Strides done at each frame; the left leg is upright at whole numbers."""
+    jitter: dict[Side, FloatArray]
+    """Departure of each footprint from the even one: outward, forward, toes, `(num_strides, 3)`."""
+
+
+def walk_track(
+    emotion: Emotion,
+    who: Performer,
+    *,
+    take: int = 0,
+    expression: Expression,
+    rng: np.random.Generator,
+) -> BodyTrack:
+    """One round of the oval, starting in the middle of a straight side.
+
+    Args:
+        emotion: What is felt.
+        who: The performer.
+        take: Which way round: to the side of the preferred hand, or for odd takes the other.
+        expression: How strongly it shows: 1 as measured, 0 as neutral.
+        rng: Noise of this take.
+    """
+    style = _style(emotion, expression, rng)
+    loose = expression.loose
+    calm = POSTURES["neutral"]
+    posture = blend_loosely(POSTURES[emotion], calm, expression.posture, loose, rng)
+    gait_style = blend_loosely(GAITS[emotion], GAITS["neutral"], expression.snap, loose, rng)
+    gait_style = _within_reason(gait_style)
+    round_side = who.hand if take % 2 == 0 else who.other_hand
+    walk = _plan(style, gait_style, who, round_side, rng)
+    phase = cycle_phase(len(walk.gait))
     ankles, feet = {}, {}
     for side in SIDES:
-        shift = 0.0 if side == "left" else 0.5
-        half_width = 0.075 * who.stance
-        ankles[side], feet[side] = _steps(path, gait - shift, shift, num_strides, side, half_width)
-    center, heading = path.at(phase)
-    left = quaternion_rotate(yaw_quaternion(heading), [1.0, 0.0, 0.0])
-    position = center + (0.018 * wave(gait))[:, None] * left
-    twist = np.deg2rad(4.0 + 8.0 * style.hand_swing_m) * wave(gait, shift=-_STANCE[1])
-    lean = -side_way * 0.10 * (1.0 - wave(phase, 2)) * style.stride_m / 1.35
-    pitch = np.deg2rad(style.trunk_pitch_deg + who.trunk_pitch_deg)
-    zero = np.zeros_like(phase)
-    pelvis_turn = np.stack([zero + 0.3 * pitch, heading - 0.5 * twist, 0.5 * lean], axis=1)
-    position[:, 1] = _pelvis_height(position, pelvis_turn, ankles, gait, style.bounce_m)
+        ankles[side], feet[side] = _steps(walk, side)
+    position, pelvis_turn, trunk_turn, head_turn = _trunk(walk, rng)
+    position[:, 1] = _pelvis_height(walk, position, pelvis_turn, ankles)
     position[:, 1] -= 0.5 * posture.crouch_m
-    sway = noise(phase, amplitude=0.02, rng=rng)
-    trunk_turn = np.stack([zero + 0.7 * pitch, 1.3 * twist, 0.5 * lean + sway], axis=1)
-    # People look where they go, and into the bend before they take it.
-    ahead = path.at(phase + 0.05)[1] - heading
-    head_pitch = np.deg2rad(style.neck_pitch_deg + posture.head_bow_deg)
-    look = noise(phase, amplitude=0.10 if emotion != "fearful" else 0.35, rng=rng)
-    head_turn = np.stack([zero + head_pitch, ahead - 0.8 * twist + look, -0.7 * lean], axis=1)
     track = BodyTrack(
         position,
         pelvis_turn,
         trunk_turn,
         head_turn,
-        zero + np.deg2rad(posture.shrug_deg),
+        np.full(len(phase), np.deg2rad(posture.shrug_deg + who.shrug_deg)),
         {},
         {},
-        dict.fromkeys(SIDES, zero),
+        {},
         ankles,
         feet,
+        nod=np.full(len(phase), np.deg2rad(posture.head_bow_deg)),
     )
-    for side in SIDES:
-        track.wrists[side], track.elbows[side] = _arm(emotion, who, gait, side)
-        tremor = noise(phase, amplitude=posture.tremor_m, rng=rng, slowest=len(phase) // 6)
-        track.wrists[side][:, 1] += tremor
+    breathe(track, posture)
+    limit_head(track)
+    held = min(expression.posture, 1.0) if emotion == "fearful" else 0.0
+    swing_arms(track, walk.gait, style, walk.gait_style, who, held=held, rng=rng)
+    tremble(track, phase, posture.tremor_m, rng)
     return track
 
 
-class _Oval:
-    """A closed path whose curvature varies smoothly, walked faster along its sides."""
-
-    def __init__(self, length_m: float, side_way: float) -> None:
-        self.side_way = side_way
-        self._way = np.linspace(0.0, 1.0, 2049)
-        heading = self._heading(self._way)
-        speed = length_m * np.stack([np.sin(heading), np.zeros_like(heading), np.cos(heading)], 1)
-        middle = 0.5 * (speed[1:] + speed[:-1]) * np.diff(self._way)[:, None]
-        self._points = np.concatenate([np.zeros((1, 3)), np.cumsum(middle, axis=0)])
-        self._points -= self._way[:, None] * self._points[-1]
-
-    def _heading(self, way: FloatArray) -> FloatArray:
-        turn = 2.0 * np.pi * way - _OVAL * np.sin(4.0 * np.pi * way)
-        return self.side_way * turn
-
-    def at(self, phase: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points `(n, 3)` and heading `(n,)` at any phase of the round; the heading never jumps."""
-        way = phase + _SLOWDOWN * np.sin(4.0 * np.pi * phase) / (4.0 * np.pi)
-        within = np.mod(way, 1.0)
-        points = np.stack([np.interp(within, self._way, axis) for axis in self._points.T], axis=1)
-        return points, self._heading(way)
+def _style(emotion: Emotion, expression: Expression, rng: np.random.Generator) -> Kinematics:
+    """What was measured, each channel as strong as it shows."""
+    calm = KINEMATICS["neutral"]
+    pace, size, posture = (
+        blend_loosely(KINEMATICS[emotion], calm, share, expression.loose, rng)
+        for share in (expression.pace, expression.size, expression.posture)
+    )
+    return dataclasses.replace(
+        posture,
+        cadence_steps_min=pace.cadence_steps_min,
+        stride_m=pace.stride_m,
+        bounce_m=max(size.bounce_m, 0.004),
+        hand_swing_m=max(size.hand_swing_m, 0.02),
+    )
 
 
-def _steps(
-    path: _Oval,
-    gait: FloatArray,
-    shift: float,
-    num_strides: int,
-    side: Side,
-    half_width: float,
-) -> tuple[FloatArray, FloatArray]:
+def _within_reason(gait: Gait) -> Gait:
+    """A gait that can be walked however exaggerated: feet leave the floor, nobody goes back."""
+    return dataclasses.replace(
+        gait,
+        foot_lift_m=max(gait.foot_lift_m, 0.016),
+        strike_deg=min(max(gait.strike_deg, -24.0), 0.0),
+        push_deg=min(max(gait.push_deg, 15.0), 60.0),
+        unevenness=min(max(gait.unevenness, 0.01), 0.3),
+        snap=min(max(gait.snap, 0.0), 1.0),
+        look_deg=min(max(gait.look_deg, 0.0), 50.0),
+    )
+
+
+def _plan(
+    style: Kinematics, gait: Gait, who: Performer, side: Side, rng: np.random.Generator
+) -> _Walk:
+    stride_s = 120.0 / (style.cadence_steps_min * who.tempo**_CADENCE_SHARE)
+    # The ends of a round have shorter steps than its straight sides, where walks were measured.
+    stride_m = _STRETCHED * style.stride_m * who.stride / Oval.side_speed
+    num_strides = int(np.clip(round(_PATH_M / stride_m), 4, int(_LONGEST_S / stride_s)))
+    path = Oval(num_strides * stride_m, SIGN[side])
+    phase = cycle_phase(round(num_strides * stride_s * FPS))
+    vary = gait.unevenness * np.array([0.15, 0.25 * stride_m, 0.6])
+    jitter = {foot: rng.normal(size=(num_strides, 3)).clip(-2.0, 2.0) * vary for foot in SIDES}
+    paces = paced(phase, 0.8 * gait.unevenness, rng) * num_strides
+    return _Walk(who, style, gait, path, num_strides, stride_s, paces, jitter)
+
+
+def _trunk(
+    walk: _Walk, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Pelvis position, and turns of pelvis, trunk and head, `(n, 3)` each; heights are left 0."""
+    who, style, gait = walk.who, walk.style, walk.gait
+    round_phase = gait / walk.num_strides
+    phase = cycle_phase(len(gait))
+    center, heading = walk.path.at(round_phase)
+    left = quaternion_rotate(yaw_quaternion(heading), [1.0, 0.0, 0.0])
+    position = center + (0.02 * who.sway * wave(gait))[:, None] * left
+    twist = np.deg2rad(4.0 + 9.0 * style.hand_swing_m) * wave(gait, shift=-_STANCE[1])
+    roll = np.deg2rad(walk.gait_style.roll_deg) * wave(gait, shift=0.04)
+    lean = _lean(walk)
+    pitch = np.deg2rad(style.trunk_pitch_deg / _NECK_SHARE + who.trunk_pitch_deg)
+    # The chest tips a little forward as each foot lands and is caught again.
+    nod = np.deg2rad(1.0 + 12.0 * style.bounce_m) * wave(gait, 2, 0.30)
+    wander = [noise(phase, amplitude=np.deg2rad(0.8) * who.sway, rng=rng) for _ in range(3)]
+    drop = np.deg2rad(2.5) * wave(gait, shift=0.04)
+    pelvis_turn = np.stack([0.3 * pitch + 0.3 * nod, heading - 0.5 * twist, 0.5 * lean - drop], 1)
+    trunk_turn = np.stack([0.7 * pitch + 0.7 * nod, 1.3 * twist, 0.5 * lean + drop + roll], axis=1)
+    trunk_turn += np.stack(wander, axis=1)
+    # People look where they go, and into the bend before they take it; the head keeps its level.
+    ahead = walk.path.at(round_phase + 0.05)[1] - heading
+    look = np.deg2rad(walk.gait_style.look_deg) * glances(phase, round(len(phase) / FPS), rng)
+    head_pitch = _HEAD_GAIN * (np.deg2rad(style.neck_pitch_deg) - pitch)
+    head_pitch += np.deg2rad(who.head_pitch_deg)
+    head_turn = np.stack(
+        [head_pitch - 0.8 * nod, 0.7 * ahead - 0.8 * twist + look, -0.7 * lean - 0.6 * roll], 1
+    )
+    trunk_turn[:, 1] += 0.25 * look
+    return position, pelvis_turn, trunk_turn, head_turn
+
+
+def _lean(walk: _Walk) -> FloatArray:
+    """Roll into the bend, radians, `(n,)`: a third of what balance asks, the feet do the rest."""
+    step = 0.25
+    around = [walk.path.at((walk.gait + shift) / walk.num_strides) for shift in (-step, step)]
+    way_s = 2.0 * step * walk.stride_s
+    speed = np.linalg.norm(around[1][0] - around[0][0], axis=1) / way_s
+    turning = (around[1][1] - around[0][1]) / way_s
+    lean: FloatArray = -0.35 * np.arctan(speed * turning / _GRAVITY)
+    return lean
+
+
+def _steps(walk: _Walk, side: Side) -> tuple[FloatArray, FloatArray]:
     """Ankle positions `(n, 3)` and foot angles `(n, 2)` of one foot.
 
     The toe base is the fixed point of a stance: the heel lands and lifts around it. In between the
     foot swings from one footprint to the next.
     """
     start, end = _STANCE
+    shift = 0.0 if side == "left" else 0.5
+    gait = walk.gait - shift
     stance = np.floor(gait - start)
     phase = gait - stance
     swing = np.clip((phase - end) / (1.0 + start - end), 0.0, 1.0)
-    share = swing**3 * (10.0 - 15.0 * swing + 6.0 * swing**2)
-    prints = [path.at((stance + shift + step) / num_strides) for step in (0.0, 1.0)]
+    share = _swing_share(swing)
+    prints = [_print(walk, side, stance + step, shift) for step in (0.0, 1.0)]
+    toe = prints[0][0] + share[:, None] * (prints[1][0] - prints[0][0])
     yaw = prints[0][1] + share * (prints[1][1] - prints[0][1])
-    outward = [
-        SIGN[side] * half_width,
-        BODY.rest_positions[JOINT_NAMES.index("left_ankle"), 1],
-        0.0,
-    ]
-    toes = []
-    for center, heading in prints:
-        sole = np.array(outward) + TOE_OFFSET
-        toes.append(center + quaternion_rotate(yaw_quaternion(heading), sole))
-    toe = toes[0] + share[:, None] * (toes[1] - toes[0])
-    toe[:, 1] += 0.045 * np.sin(np.pi * swing) ** 2
-    pitch = _foot_pitch(phase, swing)
-    toe_out = yaw + SIGN[side] * np.deg2rad(6.0)
-    feet = np.stack([toe_out, pitch], axis=1)
-    pivot = np.stack([toe_out, np.maximum(pitch, 0.0)], axis=1)
+    toe[:, 1] += walk.gait_style.foot_lift_m * np.sin(np.pi * swing) ** 2
+    pitch = _foot_pitch(phase, swing, walk.gait_style)
+    feet = np.stack([yaw, pitch], axis=1)
+    pivot = np.stack([yaw, np.maximum(pitch, 0.0)], axis=1)
     ankle = toe - quaternion_rotate(foot_rotation(pivot), TOE_OFFSET)
     # The heel, 5 cm behind the ankle, would sink into the floor while the toes are up.
     ankle[:, 1] += 0.05 * np.sin(np.maximum(-pitch, 0.0))
     return ankle, feet
 
 
-def _foot_pitch(phase: FloatArray, swing: FloatArray) -> FloatArray:
+def _swing_share(swing: FloatArray) -> FloatArray:
+    """Share of the way to the next footprint: a foot sets off at once and lands softly.
+
+    The mean of a quintic, still at both ends, and of a quartic that is still at the end only: a
+    toe that lingers while the pelvis goes on would stretch the leg, and the knee would snap.
+    """
+    even = swing**3 * (10.0 - 15.0 * swing + 6.0 * swing**2)
+    early = swing**2 * (6.0 - 8.0 * swing + 3.0 * swing**2)
+    share: FloatArray = 0.5 * (even + early)
+    return share
+
+
+def _print(
+    walk: _Walk, side: Side, stance: FloatArray, shift: float
+) -> tuple[FloatArray, FloatArray]:
+    """Toe base `(n, 3)` and yaw `(n,)` of a footprint."""
+    center, heading = walk.path.at((stance + shift) / walk.num_strides)
+    out, forward, turn = walk.jitter[side][np.mod(stance, walk.num_strides).astype(np.intp)].T
+    ankle_m = BODY.rest_positions[JOINT_NAMES.index("left_ankle"), 1]
+    sole = np.zeros_like(center)
+    sole[:, 0] = SIGN[side] * (_HALF_WIDTH_M * walk.who.stance + out)
+    sole[:, 1], sole[:, 2] = ankle_m, forward
+    toe = center + quaternion_rotate(yaw_quaternion(heading), sole + TOE_OFFSET)
+    return toe, heading + SIGN[side] * (np.deg2rad(6.0) + 0.3 * turn)
+
+
+def _foot_pitch(phase: FloatArray, swing: FloatArray, style: Gait) -> FloatArray:
     """Heel strike with toes up, flat, heel off; then through the swing to the next strike."""
     start, end = _STANCE
+    strike, push = np.deg2rad(style.strike_deg), np.deg2rad(style.push_deg)
     landing = np.clip((_FOOT_FLAT - phase) / (_FOOT_FLAT - start), 0.0, 1.0)
     lifting = np.clip((phase - _HEEL_OFF) / (end - _HEEL_OFF), 0.0, 1.0)
-    stance: FloatArray = _STRIKE_PITCH * landing**2 + _TOE_OFF_PITCH * lifting**2
+    stance: FloatArray = strike * landing**2 + push * lifting**2
     ease = swing * swing * (3.0 - 2.0 * swing)
-    through = _TOE_OFF_PITCH + ease * (_STRIKE_PITCH - _TOE_OFF_PITCH)
-    return np.where(swing > 0.0, through, stance)
+    return np.where(swing > 0.0, push + ease * (strike - push), stance)
 
 
 def _pelvis_height(
-    position: FloatArray,
-    pelvis_turn: FloatArray,
-    ankles: dict[Side, FloatArray],
-    gait: FloatArray,
-    bounce_m: float,
+    walk: _Walk, position: FloatArray, pelvis_turn: FloatArray, ankles: dict[Side, FloatArray]
 ) -> FloatArray:
     """Height of the pelvis, `(n,)`: bounces twice a stride, as high as both legs can reach."""
-    bounce = 0.5 * bounce_m * wave(gait, 2)
-    limit = np.full_like(gait, BODY.hip_height - 0.01)
+    bounce = 0.5 * _DAMPED * walk.style.bounce_m * walk.who.bounce * wave(walk.gait, 2)
+    limit = np.full_like(walk.gait, BODY.hip_height - 0.01)
     for side in SIDES:
         hip = BODY.joint_offsets[JOINT_NAMES.index(f"{side}_hip")]
-        hips = position + quaternion_rotate(yaw_quaternion(pelvis_turn[:, 1]), hip)
+        hips = position + quaternion_rotate(turn_rotation(pelvis_turn), hip)
         flat = np.linalg.norm((ankles[side] - hips)[:, [0, 2]], axis=1)
         reach = np.sqrt(np.maximum(_LEG_M**2 - flat**2, 0.01))
-        limit = np.minimum(limit, ankles[side][:, 1] + reach - hip[1])
+        limit = np.minimum(limit, ankles[side][:, 1] + reach - (hips - position)[:, 1])
     # A lower envelope without corners: least over a third of a stride, then smoothed as wide.
-    width = max(round(len(gait) / (3.0 * max(gait[-1], 1.0))), 3)
+    width = max(round(walk.stride_s * FPS / 3.0), 3)
     lowest = minimum_filter1d(limit - bounce, 2 * width + 1, mode="wrap")
     height: FloatArray = bounce + gaussian_filter1d(lowest, width / 2.5, mode="wrap", truncate=2.5)
     return height
-
-
-def _arm(
-    emotion: Emotion, who: Performer, gait: FloatArray, side: Side
-) -> tuple[FloatArray, FloatArray]:
-    """Wrist and elbow of an arm that swings against the leg of its side."""
-    style = KINEMATICS[emotion]
-    # The wrist is greatest forward when the other foot has just landed.
-    forward = wave(gait, shift=0.5 + _STANCE[0] + (0.0 if side == "left" else 0.5))
-    # Of the 0.55 m to the wrist; bending elbow and turning chest add a third to the swing.
-    swing = np.arcsin(min(0.72 * style.hand_swing_m * who.reach / 2.0 / 0.5, 0.8)) * forward
-    flexion = np.deg2rad(style.elbow_flexion_deg) * (1.0 + 0.35 * forward)
-    upper = swing - 0.35 * np.deg2rad(style.elbow_flexion_deg)
-    lower = upper + flexion
-    # Half the span of the hands, less half that of the shoulders, of a person 1.70 m tall.
-    out = style.hand_span * 1.70 / 2.0 - 0.18
-    arm = 0.30 * np.stack([np.zeros_like(upper), -np.cos(upper), np.sin(upper)], axis=1)
-    arm += 0.25 * np.stack([np.zeros_like(lower), -np.cos(lower), np.sin(lower)], axis=1)
-    arm[:, 0] = out
-    if emotion == "fearful":
-        # Hands held together before the chest hang neither at the sides nor from the elbow alone.
-        arm[:, 1] = -0.12 + who.raise_m + 0.01 * wave(gait, 2)
-        arm[:, 2] = 0.22 + 0.5 * style.hand_swing_m * forward
-    pole = np.array([0.25 + 0.5 * who.elbow_out, -1.0 if emotion == "fearful" else -0.3, -1.0])
-    return arm, np.tile(pole, (len(gait), 1))

@@ -1,0 +1,190 @@
+"""Both throw their arms up and hop, slap palms high, pump their fists, slap again."""
+
+from __future__ import annotations
+
+from affectsim_data.builders.performances.dyads.interaction import (
+    Clasp,
+    Interaction,
+    Look,
+    Role,
+    Spot,
+)
+from affectsim_data.builders.performances.scenarios.vocabulary import (
+    HANGING,
+    OPEN,
+    OVERHEAD,
+    ArmPose,
+    Hop,
+    Script,
+    Shake,
+)
+
+__all__ = ["INTERACTION"]
+
+_LIGHT = ArmPose((0.10, -0.32, 0.22), (0.8, -0.5, -0.8))
+"""Elbow bent, hand before the hip."""
+_RISING = ArmPose((0.08, -0.06, 0.36), (0.7, -1.0, -0.2), palm_deg=-20.0)
+"""Half way from the hips to above the head, before the body."""
+_FIVE = ArmPose((-0.10, 0.14, 0.40), (0.6, -1.0, 0.0), palm_deg=-72.0, bend_deg=-40.0)
+_FIVE_BACK = ArmPose((0.10, 0.28, 0.10), (0.9, -0.6, 0.0), palm_deg=-60.0, bend_deg=-20.0)
+_PUMP_HIGH = ArmPose((0.14, 0.30, 0.16), (1.0, -0.6, 0.0), palm_deg=-10.0)
+_PUMP_LOW = _PUMP_HIGH.moved(up=-0.28, forward=0.04)
+
+INTERACTION = Interaction(
+    "celebrate",
+    "happy",
+    Role(
+        Script(
+            duration_s=6.4,
+            plain_s=7.2,
+            hand=(
+                (0.0, _LIGHT),
+                (0.30, HANGING.moved(up=0.08, forward=-0.02)),
+                (0.58, _RISING),
+                (0.92, OVERHEAD),
+                (1.18, OVERHEAD.moved(out=0.03, up=-0.03)),
+                (1.42, OVERHEAD),
+                (1.75, OVERHEAD.moved(out=0.08, up=-0.06)),
+                (2.10, _FIVE_BACK),
+                (2.40, _FIVE),
+                (2.75, _FIVE_BACK),
+                (3.12, _PUMP_HIGH),
+                (3.46, _PUMP_LOW),
+                (3.80, _PUMP_HIGH),
+                (4.15, _FIVE_BACK),
+                (4.45, _FIVE),
+                (4.80, _FIVE_BACK),
+                (5.40, OPEN),
+                (6.00, _LIGHT),
+            ),
+            other=(
+                (0.0, _LIGHT),
+                (0.32, HANGING.moved(up=0.08, forward=-0.02)),
+                (0.62, _RISING),
+                (0.96, OVERHEAD),
+                (1.22, OVERHEAD.moved(out=0.03, up=-0.03)),
+                (1.47, OVERHEAD),
+                (1.80, OVERHEAD.moved(out=0.06, up=-0.16)),
+                (2.30, _LIGHT),
+                (2.80, _LIGHT),
+                (3.17, _PUMP_HIGH),
+                (3.51, _PUMP_LOW),
+                (3.85, _PUMP_HIGH),
+                (4.40, _LIGHT),
+                (5.35, OPEN.moved(up=0.05)),
+                (6.00, _LIGHT),
+            ),
+            trunk=(
+                (0.0, (0.0, 0.0, 0.0)),
+                (0.36, (12.0, 0.0, 0.0)),
+                (0.80, (-6.0, 0.0, 0.0)),
+                (1.12, (3.0, 0.0, 0.0)),
+                (1.45, (-6.0, 0.0, 0.0)),
+                (2.10, (-3.0, 10.0, 0.0)),
+                (2.40, (7.0, -10.0, 0.0)),
+                (3.00, (-3.0, 4.0, 0.0)),
+                (3.46, (6.0, 0.0, 0.0)),
+                (3.80, (-2.0, 0.0, 0.0)),
+                (4.15, (-3.0, 10.0, 0.0)),
+                (4.45, (7.0, -10.0, 0.0)),
+                (5.30, (-7.0, 4.0, 3.0)),
+                (6.00, (0.0, 0.0, 0.0)),
+            ),
+            look=((0.0, (0.0, 0.0, 0.0)), (0.8, (-14.0, 0.0, 0.0)), (2.0, (-4.0, 0.0, 0.0))),
+            pelvis=(
+                (0.0, (0.0, 0.0, 0.0)),
+                (0.36, (0.0, -0.11, -0.02)),
+                (0.75, (0.0, 0.02, 0.0)),
+                (2.0, (0.0, 0.0, 0.0)),
+                (3.46, (0.0, -0.05, 0.0)),
+                (3.80, (0.0, 0.0, 0.0)),
+                (4.2, (0.0, 0.0, 0.0)),
+                (5.3, (0.04, 0.0, 0.0)),
+            ),
+            hops=(Hop(0.66, 0.94, 0.08), Hop(1.30, 1.56, 0.08)),
+        ),
+        looks=(Look(((0.0, 0.9), (0.4, 0.6), (0.8, 0.3), (1.9, 0.9))),),
+    ),
+    Role(
+        Script(
+            duration_s=6.4,
+            plain_s=7.2,
+            hand=(
+                (0.0, _LIGHT),
+                (0.50, HANGING.moved(up=0.08, forward=-0.02)),
+                (0.76, _RISING),
+                (1.08, OVERHEAD.moved(out=0.04)),
+                (1.28, OVERHEAD.moved(out=0.10, up=-0.10)),
+                (1.58, OVERHEAD),
+                (2.05, _FIVE_BACK),
+                (2.40, _FIVE),
+                (2.80, _FIVE_BACK),
+                (3.40, _PUMP_LOW.moved(up=-0.05)),
+                (3.70, _PUMP_HIGH),
+                (4.10, _FIVE_BACK),
+                (4.45, _FIVE),
+                (4.90, _FIVE_BACK.moved(up=-0.10)),
+                (5.80, _LIGHT),
+            ),
+            other=(
+                (0.0, _LIGHT),
+                (0.52, HANGING.moved(up=0.08)),
+                (0.80, _RISING),
+                (1.12, OVERHEAD),
+                (1.32, OVERHEAD.moved(out=0.08, up=-0.12)),
+                (1.62, OVERHEAD.moved(up=-0.04)),
+                (2.40, _LIGHT),
+                (3.20, _LIGHT),
+                (3.75, _PUMP_HIGH),
+                (4.40, _LIGHT),
+                (6.0, _LIGHT),
+            ),
+            trunk=(
+                (0.0, (0.0, 0.0, 0.0)),
+                (0.58, (10.0, 0.0, 0.0)),
+                (1.02, (-5.0, 0.0, 0.0)),
+                (1.35, (3.0, 0.0, 0.0)),
+                (1.70, (-4.0, 0.0, 0.0)),
+                (2.10, (-3.0, 10.0, 0.0)),
+                (2.40, (7.0, -10.0, 0.0)),
+                (3.10, (-3.0, 3.0, 0.0)),
+                (4.10, (-3.0, 10.0, 0.0)),
+                (4.45, (7.0, -10.0, 0.0)),
+                (5.40, (-4.0, 0.0, -3.0)),
+            ),
+            look=((0.0, (0.0, 0.0, 0.0)), (1.0, (-10.0, 0.0, 0.0)), (2.0, (-4.0, 0.0, 0.0))),
+            pelvis=(
+                (0.0, (0.0, 0.0, 0.0)),
+                (0.58, (0.0, -0.10, -0.02)),
+                (0.98, (0.0, 0.02, 0.0)),
+                (2.0, (0.0, 0.0, 0.0)),
+                (3.4, (0.0, -0.05, 0.0)),
+                (3.8, (0.0, 0.0, 0.0)),
+                (5.5, (0.04, 0.0, 0.0)),
+            ),
+            shakes=(Shake("shrug", 2.5, 3.4, 4.9, 6.0),),
+            hops=(Hop(0.88, 1.15, 0.07), Hop(1.52, 1.76, 0.06)),
+        ),
+        looks=(Look(((0.0, 0.9), (0.9, 0.5), (1.9, 0.9))),),
+    ),
+    forward_m=0.94,
+    hands="same",
+    clasps=(
+        Clasp(
+            "hand",
+            "hand",
+            ((0.0, Spot(0.0, 1.60, 0.47)),),
+            (
+                (0.0, 0.0),
+                (1.92, 0.0),
+                (2.40, 1.0),
+                (2.47, 1.0),
+                (2.92, 0.0),
+                (3.98, 0.0),
+                (4.46, 1.0),
+                (4.53, 1.0),
+                (5.00, 0.0),
+            ),
+        ),
+    ),
+)
