@@ -149,7 +149,8 @@ def make_cast(
 def _procedural(recipe: Recipe) -> list[_Job]:
     """What the recipe's `[performances]` ask for.
 
-    Emotion stays out of the seeds: performers differ, emotions differ by style only.
+    Every take has random numbers of its own: whether somebody is reserved in anger says nothing of
+    the same person in fear.
     """
     table = recipe.document["performances"]
     takes = {"simple_walk": 1, **table.get("takes", {})}
@@ -159,13 +160,18 @@ def _procedural(recipe: Recipe) -> list[_Job]:
     ):
         for turn in range(takes.get(action, 1)):
             take = _variant(action, number, turn)
-            solo_seed = (recipe.seed, 1, number, place, turn)
-            work += [_Solo(who, action, emotion, take, solo_seed) for emotion in EMOTIONS]
+            seed = (recipe.seed, 1, number, place, turn)
+            work += [
+                _Solo(who, action, emotion, take, (*seed, label))
+                for label, emotion in enumerate(EMOTIONS)
+            ]
     for number, (target, partner) in enumerate(table.get("pairs", ())):
         for turn in range(takes.get("interaction", 1)):
             take = (number + turn) % NUM_DYADS + NUM_DYADS * (turn // NUM_DYADS)
-            pair_seed = (recipe.seed, 2, number, turn)
-            work += [_Pair((target, partner), emotion, take, pair_seed) for emotion in EMOTIONS]
+            work += [
+                _Pair((target, partner), emotion, take, (recipe.seed, 2, number, turn, label))
+                for label, emotion in enumerate(EMOTIONS)
+            ]
     return work
 
 
