@@ -120,7 +120,12 @@ def test_a_partner_stands_where_the_interaction_puts_it() -> None:
     for pair in pairs:
         rng = np.random.default_rng([recipe.seed, 2, 0, 0, emotion_label(pair.motion.emotion)])
         dyad = perform_dyad(
-            pair.motion.emotion, ("p1", "p2"), take=pair.motion.take, rng=rng, collection="mini"
+            pair.motion.emotion,
+            ("p1", "p2"),
+            take=pair.motion.take,
+            rng=rng,
+            collection="mini",
+            reserved_takes=0.0,
         )
         assert pair.partner is not None
         hips = transform_points(partner_place(), pair.partner[0].joint_positions()[:, 0])

@@ -210,6 +210,7 @@ def _make(
 
 def _act(job: _Solo | _Pair, recipe: Recipe) -> tuple[Motion, ...]:
     rng = np.random.default_rng(job.seed)
+    reserved = float(recipe.document["performances"].get("reserved_takes", 1.0))
     if isinstance(job, _Solo):
         return (
             perform(
@@ -219,10 +220,16 @@ def _act(job: _Solo | _Pair, recipe: Recipe) -> tuple[Motion, ...]:
                 take=job.take,
                 rng=rng,
                 collection=recipe.name,
+                reserved_takes=reserved,
             ),
         )
     dyad = perform_dyad(
-        job.emotion, job.performer_ids, take=job.take, rng=rng, collection=recipe.name
+        job.emotion,
+        job.performer_ids,
+        take=job.take,
+        rng=rng,
+        collection=recipe.name,
+        reserved_takes=reserved,
     )
     # Spacing belongs to what is performed: partners are placed alike in every emotion, and their
     # motion says where in front of the target they are.

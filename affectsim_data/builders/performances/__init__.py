@@ -83,6 +83,7 @@ def perform(
     take: int = 0,
     rng: np.random.Generator,
     collection: str = "mini",
+    reserved_takes: float = 1.0,
 ) -> Motion:
     """One cycle of an action in an emotion by a performer, 30 fps, without a seam.
 
@@ -99,6 +100,7 @@ def perform(
         take: Which repetition; part of the motion id, and of a scenario's choice.
         rng: Noise of this take.
         collection: First part of the motion id.
+        reserved_takes: Factor on how often people keep a feeling to themselves; 0 for never.
 
     Raises:
         ValueError: Not one of `PERFORMANCE_ACTIONS`, a negative take, or a scenario's take beyond
@@ -108,7 +110,7 @@ def perform(
         raise ValueError(f"action must be one of {', '.join(PERFORMANCE_ACTIONS)}, got {action!r}")
     _check_take(take)
     who = performer(performer_id).feeling(emotion).today(rng)
-    expression = Expression.drawn(take_intensity(who, rng), rng)
+    expression = Expression.drawn(take_intensity(who, rng, reserved_takes=reserved_takes), rng)
     name: str = action
     if action == "scenario":
         name, track = _scenario(emotion, take, who, expression, rng)
@@ -127,6 +129,7 @@ def perform_dyad(
     take: int = 0,
     rng: np.random.Generator,
     collection: str = "mini",
+    reserved_takes: float = 1.0,
 ) -> Dyad:
     """An interaction of two people; the first is the target and feels the emotion.
 
@@ -136,6 +139,7 @@ def perform_dyad(
         take: Which of the emotion's interactions; part of the ids.
         rng: Noise of this take.
         collection: First part of the motion ids.
+        reserved_takes: Factor on how often people keep a feeling to themselves; 0 for never.
 
     Raises:
         ValueError: Both are the same person, or there is no such take.
@@ -145,7 +149,7 @@ def perform_dyad(
         raise ValueError(f"an interaction needs two performers, got {first!r} twice")
     _check_take(take)
     who, other = performer(first).feeling(emotion).today(rng), performer(second).today(rng)
-    intensity = take_intensity(who, rng)
+    intensity = take_intensity(who, rng, reserved_takes=reserved_takes)
     tracks = dyad_tracks(emotion, take, who, other, intensity=intensity, rng=rng)
     group_id = f"{collection}/interaction_{emotion}_{first}_{second}{_take_suffix(take)}"
     target, partner = (

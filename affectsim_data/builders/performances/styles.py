@@ -312,12 +312,20 @@ def performer(performer_id: str) -> Performer:
     )
 
 
-def take_intensity(who: Performer, rng: np.random.Generator) -> float:
+def take_intensity(
+    who: Performer, rng: np.random.Generator, *, reserved_takes: float = 1.0
+) -> float:
     """How strongly an emotion shows in one take: 1 as in the tables, 0 as neutral.
 
     Most takes are near the performer's expressiveness; in some people keep it to themselves.
+
+    Args:
+        who: The performer.
+        rng: What falls out in this take.
+        reserved_takes: Factor on how often they do; 0 for never.
     """
-    reserved, least = rng.random() < who.reserve, rng.uniform(0.0, _MOST_RESERVED)
+    reserved = rng.random() < reserved_takes * who.reserve
+    least = rng.uniform(0.0, _MOST_RESERVED)
     return who.expressiveness * (least if reserved else 1.0 + _spread(rng, 0.12))
 
 
