@@ -179,3 +179,18 @@ def test_limits_of_a_recipe_are_its_own(tmp_path: Path, corpus: Path) -> None:
     odd = write_recipe(tmp_path, more="[screening.smell]\nlimit = 1.0\n")
     with pytest.raises(ValueError, match="smell"):
         build_release(odd, tmp_path / "out", source=corpus, jobs=1)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"takes": {"scenario": 6}}, r"takes of 'scenario': there are 5 different ones, got 6"),
+        ({"takes": {"scenaryo": 1}}, r"takes has 'scenaryo'; expected one of simple_walk"),
+        ({"reserve": 0.0}, r"unknown keys reserve; it takes performers, .*reserved_takes"),
+    ],
+)
+def test_performances_that_cannot_be_had_are_refused(more: dict[str, object], message: str) -> None:
+    recipe = small(read_recipe("mini"))
+    recipe.document["performances"] |= more
+    with pytest.raises(ValueError, match=message):
+        make_cast(recipe, load_avatars(recipe))

@@ -47,8 +47,9 @@ from affectsim_data.poses import (
 
 __all__ = ["Cast", "make_cast"]
 
-_NUM_VARIANTS = {"scenario": NUM_SCENARIOS}
-"""Actions of which every take is a different performance."""
+_NUM_VARIANTS = {"scenario": NUM_SCENARIOS, "interaction": NUM_DYADS}
+"""Actions of which every take is a different performance; performers begin with different ones."""
+_PERFORMANCE_KEYS = ("performers", "actions", "takes", "pairs", "reserved_takes")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -153,13 +154,14 @@ def _procedural(recipe: Recipe) -> list[_Job]:
     the same person in fear.
     """
     table = recipe.document["performances"]
-    takes = {"simple_walk": 1, **table.get("takes", {})}
+    takes = _takes(recipe)
     work: list[_Job] = []
     for (number, who), (place, action) in itertools.product(
         enumerate(table["performers"]), enumerate(table["actions"])
     ):
         for turn in range(takes.get(action, 1)):
-            take = _variant(action, number, turn)
+            count = _NUM_VARIANTS.get(action)
+            take = turn if count is None else (number + turn) % count
             seed = (recipe.seed, 1, number, place, turn)
             work += [
                 _Solo(who, action, emotion, take, (*seed, label))
@@ -167,7 +169,7 @@ def _procedural(recipe: Recipe) -> list[_Job]:
             ]
     for number, (target, partner) in enumerate(table.get("pairs", ())):
         for turn in range(takes.get("interaction", 1)):
-            take = (number + turn) % NUM_DYADS + NUM_DYADS * (turn // NUM_DYADS)
+            take = (number + turn) % NUM_DYADS
             work += [
                 _Pair((target, partner), emotion, take, (recipe.seed, 2, number, turn, label))
                 for label, emotion in enumerate(EMOTIONS)
@@ -175,12 +177,33 @@ def _procedural(recipe: Recipe) -> list[_Job]:
     return work
 
 
-def _variant(action: str, number: int, turn: int) -> int:
-    """The take of a performer's n-th turn: performers begin with different variants."""
-    count = _NUM_VARIANTS.get(action)
-    if count is None:
-        return turn
-    return (number + turn) % count + count * (turn // count)
+def _takes(recipe: Recipe) -> dict[str, int]:
+    """Takes of each action, 1 where the recipe says nothing.
+
+    Raises:
+        ValueError: An unknown key or action, or more takes than an action has variants.
+    """
+    table = recipe.document["performances"]
+    if unknown := sorted(set(table) - set(_PERFORMANCE_KEYS)):
+        raise ValueError(
+            f"{recipe.path}: [performances] has unknown keys {', '.join(unknown)}; "
+            f"it takes {', '.join(_PERFORMANCE_KEYS)}"
+        )
+    takes: dict[str, int] = table.get("takes", {})
+    actions = [*table["actions"], "interaction"]
+    for action, count in takes.items():
+        most = _NUM_VARIANTS.get(action)
+        if action not in actions:
+            raise ValueError(
+                f"{recipe.path}: [performances] takes has {action!r}; expected one of "
+                f"{', '.join(actions)}"
+            )
+        if most is not None and count > most:
+            raise ValueError(
+                f"{recipe.path}: [performances] takes of {action!r}: there are {most} different "
+                f"ones, got {count}; ask for at most {most}, or name more performers"
+            )
+    return takes
 
 
 def _make(

@@ -83,7 +83,10 @@ class CorpusScan:
             by_cause.setdefault(one.cause, []).append(f"{one.word} {one.count}")
         parts = [f"{cause}: {', '.join(words)}" for cause, words in sorted(by_cause.items())]
         count = sum(one.count for one in self.left_out)
-        return f"{len(self.files)} files taken, {count} left out ({'; '.join(parts) or 'none'})"
+        line = f"{len(self.files)} files taken, {count} left out ({'; '.join(parts) or 'none'})"
+        if self.rows_without_file:
+            line += f"; rows without a file: {len(self.rows_without_file)}"
+        return line
 
 
 def scan_corpus(recipe: CorpusRecipe, source: Path | str) -> CorpusScan:

@@ -11,6 +11,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import ArrayLike
 
+from affectsim_data.motions.reaching import unit
 from affectsim_data.poses import (
     FloatArray,
     matrix_quaternion,
@@ -154,12 +155,12 @@ def _standing_slope(
 
 def _bone(source: SourcePose, index: dict[str, int], start: str, end: str) -> FloatArray:
     """Unit vectors from one joint to another in the world, `(num_frames, 3)`."""
-    return _unit(source.positions[:, index[end]] - source.positions[:, index[start]])
+    return unit(source.positions[:, index[end]] - source.positions[:, index[start]])
 
 
 def _rest_bone(child: str) -> FloatArray:
     """Direction from the parent to `child` in the canonical rest pose, `(3,)`."""
-    return _unit(BODY.joint_offsets[JOINT_NAMES.index(child)])
+    return unit(BODY.joint_offsets[JOINT_NAMES.index(child)])
 
 
 def _mean_local(
@@ -168,7 +169,7 @@ def _mean_local(
     """Mean over the frames of world vectors `(num_frames, 3)`, seen in a source joint's frame."""
     inverse = quaternion_conjugate(source.rotations[:, joint])
     mean: FloatArray = quaternion_rotate(inverse, vectors).mean(axis=0)
-    return _unit(mean) if normalize else mean
+    return unit(mean) if normalize else mean
 
 
 def _world_axis(
@@ -195,13 +196,7 @@ def _offset(
 
 def _frame(first: ArrayLike, second: ArrayLike) -> FloatArray:
     """Right-handed orthonormal columns: `first`, `second` made orthogonal to it, their cross."""
-    one = _unit(np.asarray(first, np.float64))
+    one = unit(np.asarray(first, np.float64))
     two = np.asarray(second, np.float64)
-    two = _unit(two - (two @ one) * one)
+    two = unit(two - (two @ one) * one)
     return np.stack([one, two, np.cross(one, two)], axis=1)
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    norms = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    unit: FloatArray = vectors / np.maximum(norms, 1e-12)
-    return unit

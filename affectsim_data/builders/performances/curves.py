@@ -10,7 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from affectsim_data.poses import FloatArray
 
-__all__ = ["FPS", "curve", "cycle_phase", "follow", "keyframes", "noise", "wave"]
+__all__ = ["FPS", "curve", "cycle_phase", "follow", "keyframes", "minimum_jerk", "noise", "wave"]
 
 FPS = 30.0
 """Frames per second of every procedural performance."""
@@ -56,6 +56,12 @@ def follow(values: FloatArray, *, hz: float, damping: float = 0.8) -> FloatArray
     spectrum = spectrum * response.reshape(-1, *[1] * (values.ndim - 1))
     followed: FloatArray = np.fft.irfft(spectrum, len(values), axis=0)
     return followed
+
+
+def minimum_jerk(share: FloatArray) -> FloatArray:
+    """0 to 1, still at both ends in speed and acceleration (Flash & Hogan 1985), `(n,)`."""
+    smooth: FloatArray = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    return smooth
 
 
 def noise(

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from affectsim_data.builders.performances.curves import minimum_jerk
 from affectsim_data.builders.performances.rig import SIDES, TOE_OFFSET, foot_rotation
 from affectsim_data.builders.performances.styles import Side
 from affectsim_data.poses import FloatArray, quaternion_rotate, yaw_quaternion
@@ -94,7 +95,7 @@ def _one_foot(
             )
         target = np.array([step.x, step.z, step.yaw])
         swing = np.clip((phase - step.start) / (step.end - step.start), 0.0, 1.0)
-        share = swing**3 * (10.0 - 15.0 * swing + 6.0 * swing**2)
+        share = minimum_jerk(swing)
         after = phase >= step.start
         where[after] = (place + share[:, None] * (target - place))[after]
         lift += step.lift_m * np.sin(np.pi * swing) ** 2

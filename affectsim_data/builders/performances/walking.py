@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
-from affectsim_data.builders.performances.curves import FPS, cycle_phase, noise, wave
+from affectsim_data.builders.performances.curves import FPS, cycle_phase, minimum_jerk, noise, wave
 from affectsim_data.builders.performances.living import breathe, glances, limit_head, tremble
 from affectsim_data.builders.performances.paths import Oval, paced
 from affectsim_data.builders.performances.rig import (
@@ -246,9 +246,8 @@ def _swing_share(swing: FloatArray) -> FloatArray:
     The mean of a quintic, still at both ends, and of a quartic that is still at the end only: a
     toe that lingers while the pelvis goes on would stretch the leg, and the knee would snap.
     """
-    even = swing**3 * (10.0 - 15.0 * swing + 6.0 * swing**2)
     early = swing**2 * (6.0 - 8.0 * swing + 3.0 * swing**2)
-    share: FloatArray = 0.5 * (even + early)
+    share: FloatArray = 0.5 * (minimum_jerk(swing) + early)
     return share
 
 
