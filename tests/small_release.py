@@ -87,8 +87,8 @@ def box_room(
         scene_id=scene_id,
         surfaces=tuple(surfaces),
         rooms=(Room("room", "living", corners),),
-        seats=(Seat((2.0, 0.45, 0.0), 90.0, 0.5),),
-        doors=(Door((0.0, 1.4, -half), 0.0, 0.9),),
+        seats=(Seat((2.0, 0.45, 0.0), 90.0, depth=0.5, height=0.45),),
+        doors=(Door((0.0, 1.4, -half), 0.0, width=0.9, height=2.0, hinge=(-0.45, 0.0, -half)),),
         source="tests",
         licence=LICENCE,
     )

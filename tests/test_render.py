@@ -32,7 +32,7 @@ from affectsim_data.render import ClipSpec, PosedAvatar, RenderedClip, open_rend
 from affectsim_data.render.framing import BACKGROUND, body_corners, joint_boxes, screen_rectangles
 from affectsim_data.render.rasterizer import EglRenderer
 from affectsim_data.render.reference import PyrenderRenderer
-from affectsim_data.render.solids import closed_solids
+from affectsim_data.scenes.solids import closed_solids
 
 pytestmark = pytest.mark.egl
 

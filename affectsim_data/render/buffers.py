@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,10 @@ from numpy.typing import NDArray
 from affectsim_data.avatars import AvatarMesh
 from affectsim_data.poses import FloatArray
 from affectsim_data.render.framing import joint_boxes, visible_boxes
-from affectsim_data.render.solids import closed_solids
-from affectsim_data.scenes import Scene, Surface
+from affectsim_data.scenes import Chunks, Scene, Surface
+from affectsim_data.scenes.chunks import chunk_surfaces
 
-__all__ = ["BodyBuffers", "SceneBuffers", "split_faces"]
-
-CHUNK_TRIANGLES = 768
-"""Small enough that most of a furnished flat is culled, large enough that calls do not count."""
+__all__ = ["BodyBuffers", "SceneBuffers"]
 
 SOLID_MARGIN_M = 0.25
 """How far from a solid the eye must be for its back to be left out: the near plane cuts nothing."""
@@ -38,21 +34,6 @@ _BODY_VERTEX = np.dtype(
 )
 
 
-def split_faces(centroids: FloatArray, max_faces: int) -> Iterator[NDArray[np.int64]]:
-    """Indices of triangles by place, at most `max_faces` each: halved along the longest side."""
-    stack = [np.arange(len(centroids))]
-    while stack:
-        chosen = stack.pop()
-        if len(chosen) <= max_faces:
-            yield np.sort(chosen)
-            continue
-        points = centroids[chosen]
-        axis = int(np.argmax(np.ptp(points, axis=0)))
-        order = chosen[np.argsort(points[:, axis], kind="stable")]
-        half = len(order) // 2
-        stack += [order[half:], order[:half]]
-
-
 class SceneBuffers:
     """A static scene, cut into chunks that are culled and drawn nearest first."""
 
@@ -65,13 +46,13 @@ class SceneBuffers:
             plain: Program for surfaces without a texture.
             textured: Program for surfaces with one.
         """
-        self._textures = [_upload_texture(context, surface) for surface in scene.surfaces]
-        vertices, faces, chunks = _chunk_surfaces(scene)
-        self._ranges = [(chunk.surface, chunk.first, chunk.count) for chunk in chunks]
-        self._low, self._high = (np.array([chunk.box[i] for chunk in chunks]) for i in (0, 1))
-        self._solid_low, self._solid_high = (
-            np.array([chunk.solid_box[i] for chunk in chunks]) for i in (0, 1)
-        )
+        surfaces, chunks = scene.surfaces, scene.chunks
+        if chunks is None:
+            surfaces, chunks = chunk_surfaces(surfaces)
+        self._textures = [_upload_texture(context, surface) for surface in surfaces]
+        vertices, faces, self._ranges = _merged(surfaces, chunks)
+        self._low, self._high = chunks.low, chunks.high
+        self._solid_low, self._solid_high = chunks.solid_low, chunks.solid_high
         self._vertices = context.buffer(vertices.tobytes())
         self._faces = context.buffer(faces.tobytes())
         self._context = context
@@ -132,60 +113,25 @@ def _upload_texture(context: Any, surface: Surface) -> Any:
     return texture
 
 
-@dataclasses.dataclass(frozen=True)
-class _Chunk:
-    """A run of triangles of one surface."""
-
-    surface: int
-    first: int
-    count: int
-    """Indices, three a triangle."""
-    box: FloatArray
-    """Low and high corner, `(2, 3)`."""
-    solid_box: FloatArray
-    """Around the closed solids it is part of; endless where it is part of none."""
-
-
-def _chunk_surfaces(scene: Scene) -> tuple[NDArray[Any], NDArray[np.uint32], list[_Chunk]]:
-    """Vertices, indices and chunks; a chunk is all of closed solids or has nothing of them.
-
-    Every chunk has its own run of vertices, so that drawing it reads memory in order.
-    """
-    vertices, faces, chunks = [], [], []
-    num_vertices = num_indices = 0
-    for index, surface in enumerate(scene.surfaces):
-        for chosen, solid_box in _parts(surface):
-            used, local = np.unique(surface.faces[chosen], return_inverse=True)
-            run = np.zeros(len(used), _SCENE_VERTEX)
-            run["position"], run["color"] = surface.positions[used], surface.colors[used]
-            if surface.uvs is not None:
-                run["uv"] = surface.uvs[used]
-            vertices.append(run)
-            faces.append((local.reshape(-1) + num_vertices).astype("<u4"))
-            box = np.array([run["position"].min(axis=0), run["position"].max(axis=0)], np.float64)
-            chunks.append(_Chunk(index, num_indices, len(faces[-1]), box, solid_box))
-            num_vertices += len(run)
-            num_indices += len(faces[-1])
-    return np.concatenate(vertices), np.concatenate(faces), chunks
-
-
-def _parts(surface: Surface) -> Iterator[tuple[NDArray[np.int64], FloatArray]]:
-    """Faces of each chunk of a surface, and the box of the solids they belong to."""
-    if not len(surface.faces):
-        return
-    positions = surface.positions.astype(np.float64)
-    centroids = positions[surface.faces].mean(axis=1)
-    closed, boxes = closed_solids(positions, surface.faces.astype(np.int64))
-    for wanted in (True, False):
-        group = np.flatnonzero(closed == wanted)
-        for chosen in split_faces(centroids[group], CHUNK_TRIANGLES):
-            if not len(chosen):
-                continue
-            box = np.array([[-np.inf] * 3, [np.inf] * 3])
-            if wanted:
-                around = boxes[group[chosen]]
-                box = np.array([around[:, 0].min(axis=0), around[:, 1].max(axis=0)])
-            yield group[chosen], box
+def _merged(
+    surfaces: Sequence[Surface], chunks: Chunks
+) -> tuple[NDArray[Any], NDArray[np.uint32], list[tuple[int, int, int]]]:
+    """All vertices, all indices, and per chunk its surface, first index and number of indices."""
+    vertices, faces = [], []
+    face_starts, num_vertices, num_faces = [], 0, 0
+    for surface in surfaces:
+        run = np.zeros(len(surface.positions), _SCENE_VERTEX)
+        run["position"], run["color"] = surface.positions, surface.colors
+        if surface.uvs is not None:
+            run["uv"] = surface.uvs
+        vertices.append(run)
+        faces.append(surface.faces + np.uint32(num_vertices))
+        face_starts.append(num_faces)
+        num_vertices += len(run)
+        num_faces += len(surface.faces)
+    first = 3 * (np.array(face_starts)[chunks.surface] + chunks.first)
+    columns = (chunks.surface.tolist(), first.tolist(), (3 * chunks.count).tolist())
+    return np.concatenate(vertices), np.concatenate(faces), list(zip(*columns, strict=True))
 
 
 class BodyBuffers:

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 
 from affectsim_data.builders.homes.furnish import Furnishing, furnish_home
-from affectsim_data.builders.homes.lighting import Lamp, WindowLight, bake_light, lit_colors
-from affectsim_data.builders.homes.parts import Part, merged
+from affectsim_data.builders.homes.lighting import Lamp, WindowLight
+from affectsim_data.builders.homes.parts import Part
 from affectsim_data.builders.homes.placing import Placed
 from affectsim_data.builders.homes.plans import CEILING_Y, HomePlan, plan_home
 from affectsim_data.builders.homes.recipes import HomeRecipe
 from affectsim_data.builders.homes.shell import WINDOW_RECESS, build_shell, lamp_places
-from affectsim_data.builders.homes.textures import MATERIALS, material_texture
+from affectsim_data.builders.homes.surfaces import lit_surfaces
 from affectsim_data.poses import FloatArray
 from affectsim_data.scenes import Door, Room, Scene, Seat, Surface
-from affectsim_data.visibility import RayCaster
 
 __all__ = ["build_home"]
 
@@ -25,12 +25,6 @@ _LEAF_FACE_M = 0.019
 """Front of a door leaf's panels before its wall."""
 _SMALL_LAMP = 0.14
 """Power of floor and bedside lamps, of a ceiling lamp's."""
-_FINE_RAYS, _RAYS = 64, 20
-_FINE = ("paint", "planks", "tiles")
-"""Materials of large faces, whose light must be smooth: they get `_FINE_RAYS` ambient rays."""
-_INWARD = 0.25
-"""How far the light of a vertex is taken towards the middle of its triangles: at the very edge of a
-floor it would be that of the inside of the baseboard."""
 
 
 def build_home(recipe: HomeRecipe, *, rng: np.random.Generator) -> Scene:
@@ -39,7 +33,7 @@ def build_home(recipe: HomeRecipe, *, rng: np.random.Generator) -> Scene:
     furnishing = furnish_home(plan, recipe, rng=rng)
     parts = _world_parts(plan, recipe, furnishing)
     windows, lamps = _lights(plan, furnishing)
-    surfaces = _surfaces(parts, windows, lamps, rng)
+    surfaces = lit_surfaces(parts, windows, lamps, rng=rng)
     scene = Scene(
         scene_id=recipe.scene_id,
         surfaces=surfaces,
@@ -59,65 +53,6 @@ def _world_parts(plan: HomePlan, recipe: HomeRecipe, furnishing: Furnishing) -> 
             part.moved(placed.x, placed.y, placed.z, yaw=placed.yaw) for part in placed.piece.parts
         ]
     return parts
-
-
-def _surfaces(
-    parts: list[Part], windows: list[WindowLight], lamps: list[Lamp], rng: np.random.Generator
-) -> tuple[Surface, ...]:
-    """One lit surface per material, in the order of `MATERIALS`."""
-    groups = [
-        merged(part for part in parts if part.material == name)
-        for name in MATERIALS
-        if any(part.material == name for part in parts)
-    ]
-    # Lamps shine through their own shades.
-    whole = merged(group for group in groups if group.material != "lamp")
-    caster = RayCaster(whole.positions, whole.faces)
-    surfaces = []
-    for group in groups:
-        material = MATERIALS[group.material]
-        if material.glows:
-            light = np.full_like(group.positions, np.inf)
-        else:
-            light = _light(group, windows, lamps, caster)
-        surfaces.append(
-            Surface(
-                name=group.material,
-                positions=group.positions.astype(np.float32),
-                normals=group.normals.astype(np.float32),
-                colors=lit_colors(group.colors, light),
-                faces=group.faces.astype(np.uint32),
-                uvs=(group.uvs / material.tile_m).astype(np.float32),
-                texture=material_texture(group.material, rng=rng),
-            )
-        )
-    return tuple(surfaces)
-
-
-def _light(
-    group: Part, windows: list[WindowLight], lamps: list[Lamp], caster: RayCaster
-) -> FloatArray:
-    """Baked light of a material's vertices, computed once per place and direction, `(n, 3)`."""
-    points = group.positions + _INWARD * (_triangle_middles(group) - group.positions)
-    keys = np.round(np.concatenate([points * 1e3, group.normals * 20.0], axis=1))
-    _, first, same = np.unique(
-        keys.astype(np.int32), axis=0, return_index=True, return_inverse=True
-    )
-    light = bake_light(
-        points[first], group.normals[first],
-        rays=_FINE_RAYS if group.material in _FINE else _RAYS,
-        windows=windows, lamps=lamps, caster=caster,
-    )  # fmt: skip
-    return light[same.reshape(-1)]
-
-
-def _triangle_middles(group: Part) -> FloatArray:
-    """Mean middle of the triangles around every vertex, `(num_vertices, 3)`."""
-    middles = np.repeat(group.positions[group.faces].mean(axis=1), 3, axis=0)
-    corners, count = group.faces.reshape(-1), len(group.positions)
-    sums = [np.bincount(corners, middles[:, axis], minlength=count) for axis in range(3)]
-    number = np.maximum(np.bincount(corners, minlength=count), 1)
-    return np.stack(sums, axis=1) / number[:, None]
 
 
 def _lights(plan: HomePlan, furnishing: Furnishing) -> tuple[list[WindowLight], list[Lamp]]:
@@ -153,7 +88,8 @@ def _seats(placed: Placed) -> list[Seat]:
     for seat in placed.piece.seats:
         x, z = placed.world(seat.position[0], seat.position[2])
         yaw = math.remainder(placed.yaw, math.tau)
-        seats.append(Seat((x, seat.position[1], z), math.degrees(yaw), seat.depth))
+        height = seat.position[1]
+        seats.append(Seat((x, height, z), math.degrees(yaw), seat.depth, height))
     return seats
 
 
@@ -164,9 +100,23 @@ def _doors(plan: HomePlan) -> tuple[Door, ...]:
             for opening in room.openings_in(wall.side):
                 if opening.kind == "door":
                     point = wall.point(wall.u_of(opening.middle), _KNOCK_HEIGHT_M, _LEAF_FACE_M)
-                    x, y, z = (float(value) for value in point)
-                    doors.append(Door((x, y, z), math.degrees(wall.yaw), opening.width))
+                    foot = wall.point(wall.u_of(opening.middle) - opening.width / 2.0)
+                    doors.append(
+                        Door(
+                            knock_point=_point(point),
+                            yaw_deg=math.degrees(wall.yaw),
+                            width=opening.width,
+                            height=opening.top,
+                            hinge=_point(foot),
+                            room_id=room.room_id,
+                        )
+                    )
     return tuple(doors)
+
+
+def _point(values: FloatArray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)
 
 
 def _mirrored(scene: Scene) -> Scene:
@@ -188,10 +138,18 @@ def _mirrored(scene: Scene) -> Scene:
              room.floor_y, room.ceiling_y)
         for room in scene.rooms
     )  # fmt: skip
-    seats = tuple(Seat((-s.position[0], *s.position[1:]), -s.yaw_deg, s.depth) for s in scene.seats)
-    doors = tuple(
-        Door((-d.knock_point[0], *d.knock_point[1:]), -d.yaw_deg, d.width) for d in scene.doors
+    seats = tuple(
+        dataclasses.replace(s, position=_flipped(s.position), yaw_deg=-s.yaw_deg)
+        for s in scene.seats
     )
-    return Scene(
-        scene.scene_id, surfaces, rooms, seats, doors, scene.source, scene.licence
-    )  # fmt: skip
+    doors = tuple(
+        dataclasses.replace(
+            d, knock_point=_flipped(d.knock_point), hinge=_flipped(d.hinge), yaw_deg=-d.yaw_deg
+        )
+        for d in scene.doors
+    )
+    return dataclasses.replace(scene, surfaces=surfaces, rooms=rooms, seats=seats, doors=doors)
+
+
+def _flipped(point: tuple[float, float, float]) -> tuple[float, float, float]:
+    return (-point[0], *point[1:])

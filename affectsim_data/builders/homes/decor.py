@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 from numpy.typing import ArrayLike
 
+from affectsim_data.builders.homes.palettes import Palette
 from affectsim_data.builders.homes.parts import Part, box, grid_faces, lathe, sheet, smooth_normals
 from affectsim_data.builders.homes.pieces import Furniture
 from affectsim_data.builders.homes.plans import Opening, Wall
-from affectsim_data.builders.homes.recipes import Palette
 from affectsim_data.builders.homes.shell import on_wall
 from affectsim_data.poses import FloatArray
 

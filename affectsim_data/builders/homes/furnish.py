@@ -8,10 +8,11 @@ import numpy as np
 
 from affectsim_data.builders.homes import kitchen, seating, storage, tables
 from affectsim_data.builders.homes.decor import curtains, floor_lamp, picture, plant, rug
+from affectsim_data.builders.homes.palettes import Palette
 from affectsim_data.builders.homes.parts import Part
 from affectsim_data.builders.homes.placing import Placed, RoomFloor
 from affectsim_data.builders.homes.plans import HomePlan, RoomPlan, divider_x
-from affectsim_data.builders.homes.recipes import HomeRecipe, Palette
+from affectsim_data.builders.homes.recipes import HomeRecipe
 
 __all__ = ["Furnishing", "furnish_home"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from affectsim_data.builders.homes.palettes import Palette
 from affectsim_data.builders.homes.parts import box, lathe
 from affectsim_data.builders.homes.pieces import DARK, METAL, Furniture
-from affectsim_data.builders.homes.recipes import Palette
 from affectsim_data.builders.homes.storage import cabinet_doors
 from affectsim_data.builders.homes.tables import vase
 

@@ -69,8 +69,8 @@ class RoomFloor:
     def __init__(self, room: RoomPlan) -> None:
         self.room = room
         self.placed: list[Placed] = []
-        self._obstacles: list[Rect] = []
-        self._kept_free: list[Rect] = []
+        self._obstacles: list[Rect] = list(room.blocked)
+        self._kept_free: list[Rect] = list(room.clear)
         self._doors: list[tuple[float, float]] = []
         for opening in room.openings:
             if opening.curtains:

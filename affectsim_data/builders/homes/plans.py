@@ -15,8 +15,8 @@ from affectsim_data.builders.homes.recipes import HomeRecipe
 from affectsim_data.poses import FloatArray
 
 __all__ = [
-    "CEILING_Y", "DOOR_HEIGHT", "WALL_THICKNESS", "HomePlan", "Opening", "RoomPlan", "Side", "Wall",
-    "divider_x", "plan_home",
+    "CEILING_Y", "DOOR_HEIGHT", "WALL_THICKNESS", "HomePlan", "Leaf", "Opening", "RoomPlan", "Side",
+    "Wall", "divider_x", "plan_home",
 ]  # fmt: skip
 
 WALL_THICKNESS = 0.14
@@ -27,6 +27,16 @@ _LEAF_WIDTH = 0.88
 
 Side = Literal["left", "right", "back", "front"]
 """Walls of a room at its least x, greatest x, least z and greatest z."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Leaf:
+    """A door leaf, which turns into the room whose opening has it."""
+
+    hinge: Literal["low", "high"]
+    """End of the opening it turns about: at the lesser or the greater world x or z."""
+    angle_deg: float = 0.0
+    """How far it stands open."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,6 +51,8 @@ class Opening:
     bottom: float
     top: float
     curtains: bool = False
+    leaf: Leaf | None = None
+    """Of a doorway or door; of the two openings of a doorway only one has it."""
 
     @property
     def span(self) -> tuple[float, float]:
@@ -87,6 +99,10 @@ class RoomPlan:
     x1: float
     z1: float
     openings: tuple[Opening, ...] = ()
+    blocked: tuple[tuple[float, float, float, float], ...] = ()
+    """Floor that open door leaves take: least x and z, greatest x and z, metres."""
+    clear: tuple[tuple[float, float, float, float], ...] = ()
+    """Floor on which nothing may be put."""
 
     def walls(self) -> tuple[Wall, ...]:
         """Left, right, back and front."""

@@ -9,33 +9,15 @@ from typing import Any, Literal, cast, get_args
 
 import numpy as np
 
+from affectsim_data.builders.homes.palettes import Palette
 from affectsim_data.poses import FloatArray
 
-__all__ = ["Divider", "HomeRecipe", "Palette", "Strip", "home_recipes"]
+__all__ = ["Divider", "HomeRecipe", "Strip", "home_recipes"]
 
 Divider = Literal["shelf", "partition", "island"]
 """What stands across the living area: blocks the straight way and hides legs or more."""
 
 _PURPOSES = ("bedroom", "kitchen", "study", "hall")
-
-
-@dataclasses.dataclass(frozen=True)
-class Palette:
-    """Colours of one home, sRGB in [0, 1], `(3,)` each."""
-
-    wall: FloatArray
-    accent_wall: FloatArray
-    """The wall behind the television and behind beds."""
-    floor: FloatArray
-    wood: FloatArray
-    dark_wood: FloatArray
-    sofa: FloatArray
-    textile: FloatArray
-    """Armchair, curtains, bedding."""
-    rug: FloatArray
-    accent: FloatArray
-    """Throw pillows and small things."""
-    cabinet: FloatArray
 
 
 @dataclasses.dataclass(frozen=True)

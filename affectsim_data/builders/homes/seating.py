@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from affectsim_data.builders.homes.palettes import Palette
 from affectsim_data.builders.homes.parts import Part, box, cushion, lathe
 from affectsim_data.builders.homes.pieces import Furniture, LocalSeat
-from affectsim_data.builders.homes.recipes import Palette
 from affectsim_data.poses import FloatArray
 
 __all__ = [

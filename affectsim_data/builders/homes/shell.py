@@ -7,6 +7,7 @@ import itertools
 
 import numpy as np
 
+from affectsim_data.builders.homes.palettes import Palette
 from affectsim_data.builders.homes.parts import Part, box, lathe, sheet
 from affectsim_data.builders.homes.plans import (
     CEILING_Y,
@@ -17,7 +18,6 @@ from affectsim_data.builders.homes.plans import (
     RoomPlan,
     Wall,
 )
-from affectsim_data.builders.homes.recipes import Palette
 from affectsim_data.poses import FloatArray
 
 __all__ = ["WINDOW_RECESS", "build_shell", "lamp_places", "on_wall"]

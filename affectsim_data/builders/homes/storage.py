@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 from numpy.typing import ArrayLike
 
+from affectsim_data.builders.homes.palettes import Palette
 from affectsim_data.builders.homes.parts import Part, box, lathe
 from affectsim_data.builders.homes.pieces import DARK, METAL, Furniture
-from affectsim_data.builders.homes.recipes import Palette
 from affectsim_data.builders.homes.tables import BOOK_INKS, table_legs, vase, wooden
 
 __all__ = [

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from affectsim_data.builders.homes.palettes import Palette
 from affectsim_data.builders.homes.parts import Part, Point, box, lathe
 from affectsim_data.builders.homes.pieces import DARK, METAL, Furniture
-from affectsim_data.builders.homes.recipes import Palette
 from affectsim_data.poses import FloatArray
 
 __all__ = ["BOOK_INKS", "coffee_table", "desk", "dining_table", "table_legs", "vase", "wooden"]
