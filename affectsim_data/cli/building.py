@@ -1,0 +1,71 @@
+"""The command that makes releases: `build`."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import tyro
+
+__all__ = ["build"]
+
+
+def build(
+    recipe: tyro.conf.Positional[str],
+    *,
+    out: Path,
+    source: Path | None = None,
+    jobs: int | None = None,
+    overwrite: bool = False,
+    screen_report: Path | None = None,
+    skip_broken: bool = False,
+) -> int:
+    """Build a release from a recipe; the same recipe gives the same bytes.
+
+    `build avatars` bakes the bodies instead; it needs the extra `build`.
+
+    Args:
+        recipe: Name of a file in builders/, or a path ending in .toml.
+        out: Folder of the release; appears when it is whole.
+        source: Your copy of the corpus, for recipes that read one.
+        jobs: Processes; one per core if not given.
+        overwrite: Replace a release that is already there.
+        screen_report: Write what screening said, a row per motion and check, as Parquet; pictures
+            of rejected motions go beside it, into NAME_rejected.
+        skip_broken: Leave out files of the corpus that cannot be read, instead of stopping.
+    """
+    if recipe == "avatars":
+        from affectsim_data.builders.bodies.baking import bake_avatars
+
+        for path in bake_avatars(out, progress=lambda message: print(message, file=sys.stderr)):
+            print(path)
+        return 0
+    from affectsim_data.builders.building import build_release
+    from affectsim_data.cards import write_card
+    from affectsim_data.inspection.building import build_lines, picture_rejected
+    from affectsim_data.releases import open_release
+
+    start = time.perf_counter()
+    report = build_release(
+        recipe,
+        out,
+        source=source,
+        jobs=jobs,
+        overwrite=overwrite,
+        screen_report=screen_report,
+        skip_broken=skip_broken,
+    )
+    write_card(open_release(out), out)
+    count = report.manifest.num_rows("episodes")
+    print(f"{out}: {count} episodes in {time.perf_counter() - start:.1f} s")
+    print("\n".join(build_lines(report)))
+    if screen_report is not None:
+        print(f"{screen_report}: {report.cast.screening.num_motions} motions screened")
+        for path in picture_rejected(report.cast, _rejected_folder(screen_report)):
+            print(f"  {path}")
+    return 0
+
+
+def _rejected_folder(report: Path) -> Path:
+    return report.with_name(f"{report.stem}_rejected")
