@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from affectsim_data.episodes import Episode, World, clip_time_s
+from affectsim_data.inspection.scene_recording import log_scene
 from affectsim_data.inspection.views import SHOWN_CONDITIONS, condition_title, draw_views
 from affectsim_data.loaders import Clip, resolve_condition
 from affectsim_data.observations import Condition
 from affectsim_data.poses import UP, matrix_quaternion
 from affectsim_data.render import Renderer
-from affectsim_data.scenes import Scene, Surface
 from affectsim_data.skeletons import JOINT_PARENTS
 
 __all__ = ["record_episode"]
@@ -25,8 +24,6 @@ _BODY_FPS, _IMAGE_FPS = 6.0, 3.0
 _BODY_BYTES, _MAX_IMAGES = 1_000_000, 24
 """Long clips and second people lower the rates, so that a recording stays below 3 MB."""
 _BODY_TRIANGLES = 2_500
-_CELL_M = 0.05
-_LID_M = 0.1
 _JPEG_QUALITY = 80
 _CAMERA_COLORS = ((66, 133, 244), (52, 168, 83), (251, 188, 5), (171, 71, 188), (234, 67, 53))
 
@@ -51,7 +48,7 @@ def record_episode(
     stream.save(path, default_blueprint=_blueprint(episode, resolved))
     stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Y_UP, static=True)
     stream.log("about", rr.TextDocument(_about(episode), media_type="text/markdown"), static=True)
-    _log_scene(stream, world.scene)
+    log_scene(stream, world.scene)
     _log_people(stream, episode, world)
     for condition, color in zip(resolved, _CAMERA_COLORS * 4, strict=False):
         _log_camera(stream, episode, world, renderer, condition, color)
@@ -99,38 +96,6 @@ def _about(episode: Episode) -> str:
         f"p_ref {episode.visible_share_ref:.2f}, p_mon {episode.visible_share_mon:.2f}",
     }
     return "| | |\n|---|---|\n" + "\n".join(f"| {key} | {rows[key]} |" for key in rows)
-
-
-def _log_scene(stream: Any, scene: Scene) -> None:
-    import rerun as rr
-
-    lid = min(room.ceiling_y for room in scene.rooms) - _LID_M
-    for surface in scene.surfaces:
-        positions, colors, faces = _simplified(surface)
-        # Without ceilings one can look in from above.
-        faces = faces[(positions[faces, 1] < lid).any(axis=1)]
-        if len(faces):
-            mesh = rr.Mesh3D(
-                vertex_positions=positions, vertex_colors=colors, triangle_indices=faces
-            )
-            stream.log(f"world/scene/{surface.name}", mesh, static=True)
-
-
-def _simplified(
-    surface: Surface,
-) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.uint32]]:
-    """Vertices merged into 5 cm cells; triangles that collapse are dropped."""
-    tint = np.ones(3) if surface.texture is None else surface.texture.mean(axis=(0, 1)) / 255.0
-    cells = np.floor(surface.positions / _CELL_M).astype(np.int64)
-    _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
-    inverse = inverse.reshape(-1)
-    faces = inverse[surface.faces]
-    whole = (
-        (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    )
-    faces = np.unique(faces[whole], axis=0)
-    colors = (surface.colors[first, :3] * tint).astype(np.uint8)
-    return surface.positions[first], colors, faces.astype(np.uint32)
 
 
 def _log_people(stream: Any, episode: Episode, world: World) -> None:
