@@ -11,7 +11,7 @@ demo: $(VENV)/.installed
 	$(BIN)/affectsim demo --out demo
 
 test: check
-	$(BIN)/python -m pytest -q $(REAL_TESTS)
+	$(BIN)/python -m pytest -q -n auto --maxprocesses 4 --dist loadfile $(REAL_TESTS)
 
 check: $(VENV)/.installed-dev
 	$(BIN)/ruff format --check .

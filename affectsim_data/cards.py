@@ -27,24 +27,42 @@ def dataset_card(release: Release, *, place: str = "path/to/this/folder") -> str
         release: What to describe.
         place: What a reader writes to open it: a folder or `hf://datasets/ORG/NAME@REVISION`.
     """
-    manifest = release.manifest
-    splits = [split for split in SPLITS if manifest.num_rows("episodes", split)]
+    splits = [split for split in SPLITS if release.manifest.num_rows("episodes", split)]
+    if not splits:
+        scene_ids = release.asset_ids("scenes")
+        return _filled(
+            "scenes_card.md",
+            release,
+            place=place,
+            scene_id=scene_ids[0],
+            counts=f"{len(scene_ids)} scenes.",
+        )
     data_files = "\n".join(
         f"  - split: {split}\n    path: episodes/{split}-*.parquet" for split in splits
     )
-    template = Template(content_path("cards", "dataset_card.md").read_text(encoding="utf-8"))
-    return template.substitute(
-        name=manifest.name,
-        data_files=data_files,
+    return _filled(
+        "dataset_card.md",
+        release,
         place=place,
+        data_files=data_files,
         split=splits[-1],
         counts=_counts(release, splits),
+    )
+
+
+def _filled(template: str, release: Release, **values: str) -> str:
+    """A template with the values all pages have, and others of its own."""
+    manifest = release.manifest
+    text = Template(content_path("cards", template).read_text(encoding="utf-8"))
+    return text.substitute(
+        name=manifest.name,
         licences="\n".join(f"- {licence}" for licence in manifest.licences) or "- none stated",
         terms="" if manifest.redistribution else _NOT_PASSED_ON,
         schema_version=manifest.schema_version,
         code_version=manifest.code_version,
         recipe=manifest.recipe,
         seed=manifest.seed,
+        **values,
     )
 
 

@@ -29,6 +29,10 @@ _COMPONENT_CODES = {dtype.str: code for code, dtype in _COMPONENTS.items()}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 
+def _refuse(constant: str) -> None:
+    raise ValueError(f"{constant} is no JSON number")
+
+
 class GlbBuilder:
     """Collects arrays and images into one buffer; `to_bytes` closes it with the glTF JSON."""
 
@@ -122,7 +126,8 @@ class GlbFile:
         if kind != _JSON_CHUNK or 20 + length > total:
             raise ValueError(f"{name}: broken GLB JSON chunk")
         try:
-            document = json.loads(payload[20 : 20 + length])
+            # Shards come from elsewhere: `Infinity` and `NaN` are no JSON.
+            document = json.loads(payload[20 : 20 + length], parse_constant=_refuse)
         except (ValueError, RecursionError) as error:
             raise ValueError(f"{name}: GLB JSON does not parse: {error}") from error
         if not isinstance(document, dict):
@@ -151,14 +156,14 @@ class GlbFile:
             raise ValueError(f"{self.name}: GLB {key} must be an integer >= 0, got {value!r}")
         return value
 
-    def _bytes(self, view_index: Any) -> bytes:
+    def _bytes(self, view_index: Any) -> memoryview:
         view = self._entry("bufferViews", view_index)
         if "byteStride" in view:
             raise ValueError(f"{self.name}: GLB buffer view {view_index} is interleaved")
         start, size = self._count(view, "byteOffset", 0), self._count(view, "byteLength")
         if start + size > len(self.blob):
             raise ValueError(f"{self.name}: GLB buffer view {view_index} leaves the buffer")
-        return self.blob[start : start + size]
+        return memoryview(self.blob)[start : start + size]
 
     def array(self, index: int) -> NDArray[Any]:
         """The array of an accessor: `(n,)`, `(n, k)` or `(n, 4, 4)` row-major.
@@ -184,4 +189,4 @@ class GlbFile:
 
     def image(self, index: int) -> bytes:
         """The encoded bytes of an image."""
-        return self._bytes(self._entry("images", index).get("bufferView"))
+        return bytes(self._bytes(self._entry("images", index).get("bufferView")))

@@ -32,7 +32,7 @@ __all__ = [
     "schema_to_json",
 ]
 
-SCHEMA_VERSION = "2.1"
+SCHEMA_VERSION = "3.0"
 """Of the data; moves apart from the version of the code."""
 
 Split = Literal["train", "validation", "test"]
@@ -198,7 +198,7 @@ _MOTIONS = [
 
 _SCENES = [
     _Column("scene_id", "string", "Unique in the release"),
-    _Column("glb", "binary", "glTF 2.0; rooms, seats and doors are its extras"),
+    _Column("glb", "binary", "glTF 2.0; its rooms, seats, doors and things are its extras"),
     _Column("num_triangles", "int32", "Triangles drawn"),
     _Column("rooms", "list<string>", "Purpose of each room"),
     _Column("num_seats", "int32", "Places to sit"),

@@ -10,26 +10,41 @@ import json
 import re
 from pathlib import Path
 
-from benchmarks import fetching, index, loading, render, retargeting, shuffling, streaming, wide
+from benchmarks import (
+    fetching,
+    homes,
+    index,
+    loading,
+    navigation,
+    render,
+    retargeting,
+    scenes,
+    shuffling,
+    streaming,
+    wide,
+)
 from benchmarks.machine import describe_machine
 from benchmarks.parts import run_part
 from benchmarks.tables import write_tables
 
 _PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
-_MODULES = {
-    part: module.__name__
-    for module in (loading, wide, index, fetching, streaming, shuffling, retargeting)
-    for part in module.PARTS
-}
+_MODULES_WITH_PARTS = (
+    *(loading, wide, index, fetching, streaming, shuffling, retargeting),
+    *(homes, scenes, navigation),
+)
+_MODULES = {part: module.__name__ for module in _MODULES_WITH_PARTS for part in module.PARTS}
 """Where the parts are that run in a process of their own."""
-_ON_ONE_CORE = ("throughput", "scene_order", *index.PARTS, *retargeting.PARTS)
+_ON_ONE_CORE = (
+    *("throughput", "scene_order"),
+    *(part for module in (index, retargeting, homes, scenes, navigation) for part in module.PARTS),
+)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results"))
     parser.add_argument(
-        "--only", nargs="*", choices=["render", *_MODULES], default=["render", *_MODULES]
+        "--only", nargs="*", choices=[*render.PARTS, *_MODULES], default=[*render.PARTS, *_MODULES]
     )
     options = parser.parse_args()
     machine = describe_machine()
@@ -39,8 +54,8 @@ def main() -> None:
     results["machine"] = machine
     for part in options.only:
         print(f"running {part} ...", flush=True)
-        if part == "render":
-            results[part] = render.run()
+        if part in render.PARTS:
+            results[part] = render.PARTS[part]()
         else:
             cores = 1 if part in _ON_ONE_CORE else None
             results[part] = run_part(_MODULES[part], part, cores=cores)

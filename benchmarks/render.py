@@ -4,7 +4,10 @@ All draw the same clips and the same body mesh in one process, taking turns, so 
 slows all. pyrender is measured twice: as its documentation shows it (`Mesh.from_trimesh`, one
 directional light, default flags), and as fast as it goes (flat shading, bare primitives).
 
-python -m benchmarks.render [--rounds N]
+The part `home` is a walk through a furnished home. habitat-sim's rates stand beside it as they were
+measured once, on the same kind of machine; what it drew was not antialiased.
+
+python -m benchmarks.render [--only render home] [--rounds N]
 """
 
 from __future__ import annotations
@@ -28,6 +31,7 @@ from affectsim_data.render.framing import choose_mesh
 from affectsim_data.render.rasterizer import EglRenderer
 from affectsim_data.render.reference import PyrenderRenderer, import_pyrender, surface_primitive
 from affectsim_data.scenes import Scene
+from benchmarks.render_home import HABITAT_FPS, drawn_per_frame, furnished_home, home_walk
 
 _ROOT = Path(__file__).resolve().parents[1]
 # The scenes and bodies made of code are those of the tests.
@@ -47,6 +51,9 @@ NUM_FRAMES = 64
 REFERENCE_FRAMES = 6
 """pyrender's time per frame does not depend on a clip's length; more would only take longer."""
 
+
+HOME = 5
+"""Place in `builders/homes-full.toml` of the home that is walked through: seven rooms."""
 
 Draw = Callable[[ClipSpec], object]
 
@@ -72,6 +79,39 @@ def run(*, rounds: int = 8) -> list[dict[str, Any]]:
                     "body_triangles": len(choose_mesh(long.people[0], long).faces),
                 }
                 rows.append({**row, **_compare(draws, long, eight, short, rounds)})
+    flat.close()
+    fast.close()
+    usual.close()
+    return rows
+
+
+def run_home(*, rounds: int = 8) -> list[dict[str, Any]]:
+    """One row per image size of a camera that walks through a furnished home past one body."""
+    fast, flat, usual = (
+        EglRenderer(cache_bytes=2**29),
+        PyrenderRenderer(exact=False),
+        UsualPyrender(),
+    )
+    draws: dict[str, Draw] = {"egl": fast.render, "usual": usual.render, "flat": flat.render}
+    avatar, scene, rows = _avatar(), furnished_home(HOME), []
+    walk = home_walk(scene, num_frames=NUM_FRAMES).T_world_camera
+    x, z = (float(value) for value in np.mean(scene.rooms[0].polygon, axis=0))
+
+    def path(*, num_frames: int) -> CameraTrajectory:
+        return CameraTrajectory(walk[np.linspace(0, NUM_FRAMES - 1, num_frames).astype(int)])
+
+    for width, height in SIZES:
+        camera = Camera(width, height, float(np.deg2rad(60.0)))
+        long, eight, short = (
+            _clip(scene, avatar, camera, path, n, at=(x, z))
+            for n in (NUM_FRAMES, 8, REFERENCE_FRAMES)
+        )
+        image = f"{width}x{height}"
+        rates = _compare(draws, long, eight, short, rounds)
+        row = {"home": scene.scene_id, "rooms": len(scene.rooms), "image": image}
+        habitat = HABITAT_FPS[image]
+        against = {"habitat_fps": habitat, "ratio_to_habitat": rates["egl_fps"] / habitat}
+        rows.append({**row, **drawn_per_frame(long), **rates, **against})
     flat.close()
     fast.close()
     usual.close()
@@ -160,8 +200,10 @@ def _clip(
     camera: Camera,
     path: Callable[..., CameraTrajectory],
     num_frames: int,
+    *,
+    at: tuple[float, float] = (0.0, 0.0),
 ) -> ClipSpec:
-    person = standing_person(avatar, num_frames=num_frames)
+    person = standing_person(avatar, num_frames=num_frames, at=at)
     return ClipSpec(scene, (person,), camera, path(num_frames=num_frames))
 
 
@@ -179,14 +221,20 @@ def _avatar() -> Avatar:
     return capsule_avatar(rings=10, sides=26)
 
 
+PARTS: dict[str, Callable[..., list[dict[str, Any]]]] = {"render": run, "home": run_home}
+"""Tables that `benchmarks` writes, by name."""
+
+
 def main() -> None:
     """Prints the rows as JSON, with what they were measured on."""
     from benchmarks.machine import describe_machine
 
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=8)
-    rows = run(rounds=parser.parse_args().rounds)
-    print(json.dumps({"machine": describe_machine(), "render": rows}, indent=2))
+    parser.add_argument("--only", nargs="*", choices=PARTS, default=list(PARTS))
+    options = parser.parse_args()
+    rows = {part: PARTS[part](rounds=options.rounds) for part in options.only}
+    print(json.dumps({"machine": describe_machine(), **rows}, indent=2))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ __all__ = ["write_tables"]
 _START, _END = "<!-- results start -->", "<!-- results end -->"
 _TITLES = {
     "render": "Renderer: frames per second, one skinned body",
+    "home": "Renderer: a walk through a furnished home, one skinned body",
     "throughput": "Dataset against video decoding, one core, 8 x 224 x 224",
     "memory": "Memory over 2,000 samples",
     "startup": "Start-up, seconds",
@@ -26,6 +27,9 @@ _TITLES = {
     "randomness": "What scene-aware order costs in randomness",
     "training": "What that does to a linear classifier, one epoch in batches of 16",
     "retargeting": "Taking over a clip of 22 joints, one core",
+    "homes": "Building a furnished home: core seconds by stage, one core",
+    "scenes": "Scenes from their shard to the device, one core",
+    "navigation": "Moving about in a home, one core",
 }
 
 

@@ -19,17 +19,20 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar
 
 import numpy as np
 
 import affectsim_data
-from affectsim_data.builders.assets import build_stage_assets, load_avatars
-from affectsim_data.builders.homes import HomeRecipe, Strip, home_recipes
-from affectsim_data.builders.homes.recipes import Divider
+from affectsim_data.builders.assets import load_avatars
 from affectsim_data.builders.performances import PerformanceAction, perform, perform_dyad
 from affectsim_data.builders.recipes import read_recipe
-from affectsim_data.content import content_path
+from affectsim_data.builders.scene_sources import (
+    FailedScene,
+    SceneSource,
+    build_scene,
+    scene_sources,
+)
 from affectsim_data.motions import EMOTIONS, Motion
 from affectsim_data.poses import FloatArray
 from affectsim_data.releases import MANIFEST_NAME, ReleaseWriter
@@ -104,7 +107,7 @@ def _build(out: Path) -> None:
     recipe = read_recipe("mini")
     avatars = load_avatars(recipe)
     with ReleaseWriter(out, overwrite=True) as writer:
-        scenes = _parallel(_scene, wide_homes())
+        scenes = _parallel(_scene, scene_sources(read_recipe("homes"), None))
         takes = {split: _takes(split) for split in SPLITS}
         bodies = [avatar.avatar_id for avatar in avatars]
         for split in SPLITS:
@@ -132,37 +135,13 @@ def _parallel(task: Callable[[_In], _Out], items: Sequence[_In]) -> list[_Out]:
         return list(pool.map(task, items))
 
 
-def wide_homes() -> list[HomeRecipe]:
-    """Homes of many sizes, plans and palettes."""
-    rng = np.random.default_rng([_SEED, 1])
-    models = home_recipes(content_path("builders", "homes-mini.toml"))
-    purposes = ("bedroom", "study", "hall", "kitchen")
-    homes = []
-    for number in range(NUM_SCENES):
-        depth = round(float(rng.uniform(3.2, 3.5)), 2)
-        count = 2 + int(rng.integers(2))
-        back = Strip(depth, tuple(str(name) for name in rng.permutation(purposes)[:count]))
-        right = Strip(depth, ("bedroom",))
-        living = (round(float(rng.uniform(8.2, 9.6)), 2), round(float(rng.uniform(5.6, 6.4)), 2))
-        homes.append(
-            HomeRecipe(
-                scene_id=f"wide/home_{number:02d}",
-                seed=1000 + number,
-                living=living,
-                palette=models[number % len(models)].palette,
-                divider=get_args(Divider)[number % 3],
-                right=None if number % 2 else right,
-                back=back if number % 2 else None,
-                mirror=number % 4 > 1,
-            )
-        )
-    return homes
-
-
-def _scene(home: HomeRecipe) -> tuple[dict[str, Any], FloatArray]:
+def _scene(source: SceneSource) -> tuple[dict[str, Any], FloatArray]:
     """The row of a home, and places in it: x, y, z of a person and x, y, z of a robot, `(n, 6)`."""
-    scene, navmesh = build_stage_assets(home, read_recipe("mini"))
-    rng = np.random.default_rng([_SEED, 2, home.seed])
+    built = build_scene(source, read_recipe("homes"), None)
+    if isinstance(built, FailedScene):
+        raise ValueError(f"{built.scene_id}: {built.reason}")
+    scene, navmesh = built.scene, built.navmesh
+    rng = np.random.default_rng([_SEED, 2, *scene.scene_id.encode()])
     people, robots = (navmesh.random_points(16 * _STARTS_PER_SCENE, rng) for _ in range(2))
     distance = np.linalg.norm(people - robots, axis=1)
     good = np.flatnonzero((distance >= _DISTANCES_M[0]) & (distance <= _DISTANCES_M[1]))

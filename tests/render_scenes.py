@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -15,13 +17,15 @@ from affectsim_data.poses import (
     yaw_quaternion,
 )
 from affectsim_data.render import ClipSpec, PosedAvatar
-from affectsim_data.scenes import Room, Scene, Surface
+from affectsim_data.scenes import Doorway, Room, Scene, Surface
+from affectsim_data.scenes.chunks import chunk_surfaces
 from affectsim_data.skeletons import BODY, JOINT_NAMES, JOINT_PARENTS, NUM_JOINTS
 
 __all__ = [
     "box",
     "capsule_avatar",
     "checker",
+    "flat_of_rooms",
     "furnished_room",
     "grid",
     "merge",
@@ -149,6 +153,90 @@ def furnished_room(*, num_triangles: int, rng: np.random.Generator) -> Scene:
             )
     textured = [merge(boxes[i::4], name=f"fabric{i}", texture=checker(512)) for i in range(4)]
     return scene_of(*shell, *textured, scene_id=f"furnished-{num_triangles}")
+
+
+ROOM_M, WALL_M, CEILING_M, DOORWAY_M = 4.0, 0.2, 2.5, (0.9, 2.0)
+"""Of `flat_of_rooms`: inner size, thickness of walls, height, width and height of doorways."""
+
+
+def flat_of_rooms(*, rng: np.random.Generator, pieces: int = 10) -> Scene:
+    """Four furnished rooms around the origin, a ring of doorways off the middle of their walls.
+
+    Room `r0` is at -x and -z, `r1` at +x, `r2` at +z, `r3` at both. Walls are closed solids that
+    reach into one another, so that nothing can be seen through cracks; the ceiling is a sheet.
+    """
+    step = ROOM_M + WALL_M
+    centres = [(x * step / 2, z * step / 2) for z in (-1, 1) for x in (-1, 1)]
+    rooms = tuple(_square_room(f"r{i}", x, z) for i, (x, z) in enumerate(centres))
+    whole = 2.0 * ROOM_M + 3.0 * WALL_M
+    parts = [box((0, -0.1, 0), (whole, 0.2, whole), color=(170, 150, 120), steps=8)]
+    for side in (-1, 1):
+        outer = side * (whole - WALL_M) / 2
+        parts.append(box((outer, 1.25, 0), (WALL_M, 2.6, whole), color=(210, 205, 200), steps=4))
+        parts.append(box((0, 1.25, outer), (whole, 2.6, WALL_M), color=(200, 205, 210), steps=4))
+    places = {(0, 1): -1.1, (2, 3): 0.7, (0, 2): 1.2, (1, 3): -0.4}
+    doorways = [_holed_wall(parts, centres, *pair, shift) for pair, shift in places.items()]
+    ceiling = grid(
+        (-whole / 2, CEILING_M, -whole / 2), (whole, 0, 0), (0, 0, whole), 6,
+        color=(235, 235, 230), name="ceiling",
+    )  # fmt: skip
+    shell = [merge(parts, name="solid", texture=checker()), merge([ceiling], name="sheet")]
+    contents = [one for x, z in centres for one in _things(x, z, pieces=pieces, rng=rng)]
+    # Surfaces of their own, so that each is a chunk and counts where it alone is in view.
+    numbered = [dataclasses.replace(one, name=f"thing {i}") for i, one in enumerate(contents)]
+    surfaces, chunks = chunk_surfaces([*shell, *numbered], rooms)
+    scene = Scene("flat", surfaces, rooms, doorways=tuple(doorways), licence="CC0-1.0")
+    return dataclasses.replace(scene, chunks=chunks)
+
+
+def _things(x: float, z: float, *, pieces: int, rng: np.random.Generator) -> list[Surface]:
+    """Boxes and 36 tiles on the floor of a room, in colours of their own."""
+    things, tile = [], ROOM_M / 6
+    for _ in range(pieces):
+        size = rng.uniform(0.2, 1.0, 3) * (1.0, 2.0, 1.0)
+        u, v = rng.uniform(-1.4, 1.4, 2)
+        centre = (x + u, size[1] / 2, z + v)
+        things.append(box(centre, size, color=_any_color(rng), steps=2))
+    for corner in np.ndindex(6, 6):
+        u, v = np.array(corner) * tile - ROOM_M / 2
+        origin, across, along = (x + u, 0.01, z + v + tile), (tile, 0, 0), (0, 0, -tile)
+        things.append(grid(origin, across, along, 1, color=_any_color(rng), name="tile"))
+    return things
+
+
+def _any_color(rng: np.random.Generator) -> Rgb:
+    red, green, blue = (int(c) for c in rng.integers(40, 255, 3))
+    return red, green, blue
+
+
+def _square_room(room_id: str, x: float, z: float) -> Room:
+    half = ROOM_M / 2
+    corners = [
+        (x - half, z - half),
+        (x + half, z - half),
+        (x + half, z + half),
+        (x - half, z + half),
+    ]
+    return Room(room_id, "living", tuple(corners), ceiling_y=CEILING_M)
+
+
+def _holed_wall(
+    parts: list[Surface], centres: list[tuple[float, float]], one: int, other: int, shift: float
+) -> Doorway:
+    """Adds the wall between two rooms to `parts`, with a doorway `shift` off its middle."""
+    (xa, za), (xb, zb) = centres[one], centres[other]
+    middle = np.array([(xa + xb) / 2, 0.0, (za + zb) / 2])
+    along = np.array([0.0, 0.0, 1.0]) if xa != xb else np.array([1.0, 0.0, 0.0])
+    through = np.array([1.0, 0.0, 0.0]) if xa != xb else np.array([0.0, 0.0, 1.0])
+    width, height = DOORWAY_M
+    reach, low, high = ROOM_M / 2 + WALL_M, shift - width / 2, shift + width / 2
+    for start, end, bottom in ((-reach, low, 0.0), (high, reach, 0.0), (low, high, height)):
+        centre = middle + (start + end) / 2 * along + (0.0, (bottom + CEILING_M) / 2, 0.0)
+        size = (end - start) * along + WALL_M * through + (0.0, CEILING_M - bottom, 0.0)
+        parts.append(box(centre, size, color=(220, 200, 180), steps=4))
+    x, y, z = (float(value) for value in middle + shift * along)
+    yaw = float(np.degrees(np.arctan2(through[0], through[2])))
+    return Doorway((f"r{one}", f"r{other}"), (x, y, z), yaw, width, height, WALL_M)
 
 
 def capsule_avatar(*, rings: int = 8, sides: int = 12, avatar_id: str = "capsules") -> Avatar:

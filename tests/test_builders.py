@@ -11,18 +11,20 @@ import pytest
 from small_release import box_room
 
 from affectsim_data import AffectSimDataset, open_release
-from affectsim_data.builders.assets import (
-    build_stage_assets,
-    load_avatars,
-    recipe_homes,
-    scene_navmesh,
-)
+from affectsim_data.affordances import rooms_of
+from affectsim_data.builders.assets import load_avatars
 from affectsim_data.builders.building import build_release
 from affectsim_data.builders.casting import Cast, make_cast
 from affectsim_data.builders.composer import Shortfall, compose_slot, make_slots
-from affectsim_data.builders.monitors import plan_monitor, room_of
+from affectsim_data.builders.monitors import plan_monitor
 from affectsim_data.builders.placement import Stage
 from affectsim_data.builders.recipes import read_recipe
+from affectsim_data.builders.scene_sources import (
+    BuiltScene,
+    build_scene,
+    scene_navmesh,
+    scene_sources,
+)
 from affectsim_data.content import content_path
 from affectsim_data.episodes import Robot
 from affectsim_data.scenes import Surface
@@ -38,7 +40,9 @@ def changed_recipe(tmp_path: Path, old: str, new: str, *, recipe: str = "mini") 
 
 
 def test_unknown_recipe_lists_the_known_ones() -> None:
-    with pytest.raises(FileNotFoundError, match=r"no recipe 'maxi'.*bandai_namco, mini"):
+    with pytest.raises(
+        FileNotFoundError, match=r"no recipe 'maxi'.*bandai_namco, habitat, homes, .*mini"
+    ):
         read_recipe("maxi")
 
 
@@ -104,16 +108,15 @@ def _upright(surface: Surface) -> Surface:
 @pytest.fixture(scope="module")
 def stage() -> Stage:
     recipe = read_recipe("mini")
-    scene, navmesh = build_stage_assets(recipe_homes(recipe)[0], recipe)
-    return Stage.prepare(scene, navmesh, recipe)
+    built = build_scene(scene_sources(recipe, None)[0], recipe, None)
+    assert isinstance(built, BuiltScene)
+    return Stage.prepare(built.scene, built.navmesh, recipe)
 
 
 def test_monitors_hang_in_their_room_and_see_its_floor(stage: Stage) -> None:
     for room in stage.scene.rooms:
         monitor = stage.monitors[room.room_id]
-        found = room_of(stage.scene, np.array(monitor.position))
-        assert found is not None
-        assert found.room_id == room.room_id
+        assert stage.scene.rooms[rooms_of(stage.scene, monitor.position)] == room
         assert 1.8 < monitor.position[1] < room.ceiling_y
         assert monitor.pitch < 0.0
         assert monitor.floor_share > 0.25

@@ -125,6 +125,7 @@ def test_every_truncation_is_refused_by_name() -> None:
         (ROOM[:16] + b"BIN\0" + ROOM[20:], "broken GLB JSON chunk"),
         (pack(b"{never closed", b""), "GLB JSON does not parse"),
         (pack(b"\xff\xfe\xfd\xfc", b""), "GLB JSON does not parse"),
+        (pack(b'{"x": NaN}', b""), "GLB JSON does not parse: NaN is no JSON number"),
         (pack(b"[" * 200_000, b""), "GLB JSON does not parse"),
         (pack([1, 2], b""), "GLB JSON must be an object, got list"),
     ],

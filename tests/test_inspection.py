@@ -13,7 +13,8 @@ from affectsim_data import AffectSimDataset, Clip, Orbit, Release, open_release
 from affectsim_data.cards import dataset_card
 from affectsim_data.inspection.contact_sheet import contact_sheet, representative_episodes
 from affectsim_data.inspection.doctor import examine
-from affectsim_data.inspection.recording import _simplified, record_episode
+from affectsim_data.inspection.recording import record_episode
+from affectsim_data.inspection.scene_recording import _simplified
 from affectsim_data.inspection.summary import release_summary, summary_lines
 from affectsim_data.inspection.views import draw_views
 from affectsim_data.render import process_renderer

@@ -21,7 +21,7 @@ LAYERS = (
     ("cameras", "skeletons", "glb", "motions", "avatars"),
     ("scenes", "navmesh"),
     ("schemas", "episodes", "releases"),
-    ("visibility", "observations"),
+    ("visibility", "affordances", "observations"),
     ("render",),
     ("loaders", "simulation", "builders", "evaluation"),
     ("cards", "inspection", "cli", "__main__"),

@@ -13,11 +13,7 @@ import numpy as np
 
 import affectsim_data
 from affectsim_data.avatars import Avatar
-from affectsim_data.builders.assets import (
-    build_stage_assets,
-    load_avatars,
-    recipe_homes,
-)
+from affectsim_data.builders.assets import load_avatars
 from affectsim_data.builders.casting import Cast, make_cast
 from affectsim_data.builders.composer import Shortfall, Slot, compose_slot, make_slots
 from affectsim_data.builders.corpus_scan import raise_problems
@@ -25,6 +21,12 @@ from affectsim_data.builders.measuring import Performance
 from affectsim_data.builders.placement import Stage
 from affectsim_data.builders.processes import run_parallel
 from affectsim_data.builders.recipes import Recipe, read_recipe
+from affectsim_data.builders.scene_sources import (
+    BuiltScene,
+    FailedScene,
+    build_scene,
+    scene_sources,
+)
 from affectsim_data.episodes import Episode
 from affectsim_data.motions import Motion
 from affectsim_data.releases import Manifest, ReleaseWriter
@@ -43,6 +45,10 @@ class BuildReport:
     """Slots without a placement; never filled by loosening a threshold."""
     cast: Cast
     """Who performs, and what screening said of the motions."""
+    scenes: tuple[BuiltScene, ...]
+    """The scenes, with what became of what they were made from."""
+    failed_scenes: tuple[FailedScene, ...]
+    """Scenes that could not be used."""
 
 
 def build_release(
@@ -54,18 +60,20 @@ def build_release(
     overwrite: bool = False,
     screen_report: Path | None = None,
     skip_broken: bool = False,
+    shell: bool = False,
 ) -> BuildReport:
     """Builds a release; the same recipe gives the same bytes on any number of processes.
 
     Args:
         recipe: Name of a file in `builders/`, or a path.
         out: Folder of the release; appears when it is whole.
-        source: Corpus of a recipe that reads one.
+        source: Corpus, scenes or furniture of a recipe that reads some.
         jobs: Processes; one per core if not given.
         overwrite: Whether `out` may hold a release already.
         screen_report: Parquet file to write with a row per motion and check; written also when the
             build fails later.
-        skip_broken: Whether to leave out files of the corpus that cannot be read.
+        skip_broken: Whether to leave out motions and scenes that cannot be read.
+        shell: Whether imported scenes without a stage get a floor and walls.
 
     Raises:
         FileNotFoundError: No such recipe or source.
@@ -73,6 +81,8 @@ def build_release(
         ValueError: The recipe, the corpus or an asset is broken.
     """
     plan = read_recipe(recipe)
+    if shell:
+        plan = plan.with_shell()
     workers = jobs or os.cpu_count() or 1
     with ReleaseWriter(out, overwrite=overwrite) as writer:
         avatars = load_avatars(plan)
@@ -84,21 +94,12 @@ def build_release(
         slots = make_slots(plan, performances)
         composed = {action for one in plan.compositions for action in one.actions}
         performances = [p for p in performances if p.motion.action in composed]
-        homes = recipe_homes(plan)
-        build = functools.partial(build_stage_assets, recipe=plan)
-        places = list(run_parallel(build, homes, workers, "scenes", plan.name))
-        stages = [Stage.prepare(scene, navmesh, plan) for scene, navmesh in places]
-        results = list(run_parallel(_Compose(stages, plan), slots, workers, "episodes", plan.name))
-        episodes = _number(
-            [e for result in results if isinstance(result, list) for e in result], plan
-        )
-        shortfalls = tuple(result for result in results if isinstance(result, Shortfall))
-        if not episodes:
-            raise ValueError(f"{plan.path}: no episode could be composed; see the thresholds")
+        scenes, failed = _build_scenes(plan, source, workers, skip_broken=skip_broken)
+        episodes, shortfalls = _compose(plan, slots, scenes, workers)
 
-        _write_tables(writer, episodes, performances, stages, avatars)
+        _write_tables(writer, episodes, performances, scenes, avatars)
         licences = {motion.licence for motion in _motions(performances)}
-        licences |= {stage.scene.licence for stage in stages} | {a.licence for a in avatars}
+        licences |= {one.scene.licence for one in scenes} | {a.licence for a in avatars}
         manifest = writer.finish(
             name=plan.name,
             recipe=plan.name,
@@ -109,7 +110,38 @@ def build_release(
             licences=sorted(licences - {""}),
             redistribution=plan.redistribution,
         )
-    return BuildReport(manifest, shortfalls, cast)
+    return BuildReport(manifest, shortfalls, cast, scenes, failed)
+
+
+def _build_scenes(
+    recipe: Recipe, source: Path | None, jobs: int, *, skip_broken: bool
+) -> tuple[tuple[BuiltScene, ...], tuple[FailedScene, ...]]:
+    """All scenes of a recipe; raises if some cannot be used and may not be skipped."""
+    build = functools.partial(build_scene, recipe=recipe, folder=source)
+    results = list(run_parallel(build, scene_sources(recipe, source), jobs, "scenes", recipe.name))
+    built = tuple(result for result in results if isinstance(result, BuiltScene))
+    failed = tuple(result for result in results if isinstance(result, FailedScene))
+    if failed and (not skip_broken or not built):
+        hint = "mend them, exclude them in the recipe, or add --skip-broken to build without them"
+        if recipe.scenes.kind == "habitat" and not recipe.scenes.shell:
+            hint += "; --shell builds floor and walls where a stage is missing"
+        raise_problems(recipe.name, [f"{one.scene_id}: {one.reason}" for one in failed], hint=hint)
+    return built, failed
+
+
+def _compose(
+    recipe: Recipe, slots: Sequence[Slot], scenes: Sequence[BuiltScene], jobs: int
+) -> tuple[list[Episode], tuple[Shortfall, ...]]:
+    """The episodes of a recipe, none if it asks for none, and the slots that stayed empty."""
+    if not recipe.compositions:
+        return [], ()
+    stages = [Stage.prepare(one.scene, one.navmesh, recipe) for one in scenes]
+    results = list(run_parallel(_Compose(stages, recipe), slots, jobs, "episodes", recipe.name))
+    composed = [e for result in results if isinstance(result, list) for e in result]
+    if not composed:
+        raise ValueError(f"{recipe.path}: no episode could be composed; see the thresholds")
+    shortfalls = tuple(result for result in results if isinstance(result, Shortfall))
+    return _number(composed, recipe), shortfalls
 
 
 def _check_cast(recipe: Recipe, cast: Cast, *, skip_broken: bool) -> None:
@@ -118,7 +150,7 @@ def _check_cast(recipe: Recipe, cast: Cast, *, skip_broken: bool) -> None:
         problems = [failure.reason for failure in cast.failures]
         hint = "mend or remove them, or add --skip-broken to build without them"
         raise_problems(recipe.name, problems, hint=hint)
-    if not cast.performances:
+    if recipe.compositions and not cast.performances:
         reasons = [
             f"{motion.motion_id}: {finding.reason}"
             for motion in cast.rejected
@@ -168,7 +200,7 @@ def _write_tables(
     writer: ReleaseWriter,
     episodes: Sequence[Episode],
     performances: Sequence[Performance],
-    stages: Sequence[Stage],
+    scenes: Sequence[BuiltScene],
     avatars: Sequence[Avatar],
 ) -> None:
     for split in SPLITS:
@@ -179,5 +211,5 @@ def _write_tables(
     if repeated:
         raise ValueError(f"motion ids repeat: {', '.join(sorted(repeated)[:10])}")
     writer.add_table("motions", [motion_row(motion) for motion in motions])
-    writer.add_table("scenes", [scene_row(stage.scene, stage.navmesh) for stage in stages])
+    writer.add_table("scenes", [scene_row(one.scene, one.navmesh) for one in scenes])
     writer.add_table("avatars", [avatar_row(avatar) for avatar in avatars])

@@ -11,10 +11,10 @@ import shapely
 from affectsim_data.cameras import Camera
 from affectsim_data.observations import monitor_pose
 from affectsim_data.poses import FloatArray
-from affectsim_data.scenes import Room, Scene
+from affectsim_data.scenes import Room
 from affectsim_data.visibility import RayCaster
 
-__all__ = ["Monitor", "plan_monitor", "room_of"]
+__all__ = ["Monitor", "plan_monitor"]
 
 _FROM_WALLS_M = 0.3
 _FROM_CEILING_M = 0.25
@@ -35,14 +35,6 @@ class Monitor:
     """Radians, negative looks down."""
     floor_share: float
     """Share of the room's floor in view."""
-
-
-def room_of(scene: Scene, point: FloatArray) -> Room | None:
-    """The room whose polygon holds a point, by its x and z."""
-    for room in scene.rooms:
-        if shapely.Polygon(room.polygon).contains(shapely.Point(point[0], point[2])):
-            return room
-    return None
 
 
 def plan_monitor(room: Room, camera: Camera, caster: RayCaster) -> Monitor:

@@ -10,10 +10,10 @@ import dataclasses
 import math
 
 import numpy as np
-import shapely
 
+from affectsim_data.affordances import fits, rooms_of
 from affectsim_data.builders.measuring import Performance, Shares, measure_shares
-from affectsim_data.builders.monitors import Monitor, plan_monitor, room_of
+from affectsim_data.builders.monitors import Monitor, plan_monitor
 from affectsim_data.builders.recipes import Composition, Recipe, Thresholds
 from affectsim_data.navmesh import NavMesh
 from affectsim_data.observations import head_camera_pose
@@ -104,15 +104,15 @@ class _Candidates:
     start_yaw: FloatArray
 
     def placement(self, index: int, stage: Stage) -> Placement | None:
-        room = room_of(stage.scene, self.anchor[index])
-        if room is None:
+        room = int(rooms_of(stage.scene, self.anchor[index]))
+        if room < 0:
             return None
         return Placement(
             anchor=self.anchor[index],
             facing=float(self.facing[index]),
             start=self.start[index],
             start_yaw=float(self.start_yaw[index]),
-            room_id=room.room_id,
+            room_id=stage.scene.rooms[room].room_id,
         )
 
 
@@ -130,30 +130,16 @@ def _anchors(
         # All members share the performer's body, so the first one speaks for all.
         positions[:, 1] -= SEAT_HEIGHT_M * performances[0].avatar.motion_scale
         return positions, np.radians([seats[i].yaw_deg for i in order])
-    anchors = _floor_points(stage.navmesh, _ANCHORS, rng)
+    anchors = stage.navmesh.random_points(_ANCHORS, rng, island=0)
     facings = rng.uniform(-math.pi, math.pi, len(anchors))
     poses = compose_pose(yaw_quaternion(facings), anchors)
     free = np.ones(len(anchors), bool)
+    radius_m = stage.navmesh.settings.agent_radius + _PERSON_CLEARANCE_M
     for performance in performances:
         feet = transform_points(poses, performance.footprint())
-        free &= _is_free(stage.navmesh, feet.reshape(-1, 3)).reshape(len(feet), -1).all(axis=1)
+        fitting = fits(stage.navmesh, feet.reshape(-1, 3), radius_m=radius_m)
+        free &= fitting.reshape(len(feet), -1).all(axis=1)
     return anchors[free], facings[free]
-
-
-def _floor_points(navmesh: NavMesh, count: int, rng: np.random.Generator) -> FloatArray:
-    """Up to `count` random points of the largest island, `(n, 3)`: the floor, not table tops."""
-    points = navmesh.random_points(2 * count, rng)
-    inside = shapely.contains_xy(navmesh.polygons[0], points[:, 0], points[:, 2])
-    on_floor: FloatArray = points[inside][:count]
-    return on_floor
-
-
-def _is_free(navmesh: NavMesh, points: FloatArray) -> np.ndarray:
-    """Whether people can be at floor points `(n, 3)`."""
-    navigable = navmesh.navigable(points)
-    free = navigable.copy()
-    free[navigable] = navmesh.distance_to_wall(points[navigable]) >= _PERSON_CLEARANCE_M
-    return free
 
 
 def _pair_up(
@@ -166,14 +152,14 @@ def _pair_up(
     rng: np.random.Generator,
 ) -> _Candidates:
     """Anchors with starts whose distance, side and room suit the challenge, in random order."""
-    starts = _floor_points(stage.navmesh, _STARTS, rng)
+    starts = stage.navmesh.random_points(_STARTS, rng, island=0)
     first, second = (grid.ravel() for grid in np.indices((len(anchors), len(starts))))
     way = starts[second] - anchors[first]
     distance = np.linalg.norm(way, axis=1)
     off = np.abs(_wrapped(np.arctan2(way[:, 0], way[:, 2]) - facings[first]))
     suits = _suits(challenge, distance, np.degrees(off), recipe.thresholds)
     if challenge is None:
-        rooms = _room_numbers(stage.scene, anchors)[first], _room_numbers(stage.scene, starts)
+        rooms = rooms_of(stage.scene, anchors)[first], rooms_of(stage.scene, starts)
         suits &= rooms[0] == rooms[1][second]
     if challenge == "obstacle_detour":
         lift = np.array([0.0, _LEG_HEIGHT_M, 0.0])
@@ -263,12 +249,6 @@ def _detours(stage: Stage, candidates: _Candidates, limits: Thresholds) -> np.nd
         if math.isfinite(geodesic) and geodesic >= limits.detour_ratio * straight > 0.0:
             found.append(index)
     return np.array(found, np.intp)
-
-
-def _room_numbers(scene: Scene, points: FloatArray) -> np.ndarray:
-    """Index of the room of each point `(n, 3)`, -1 for none."""
-    rooms = [room_of(scene, point) for point in points]
-    return np.array([-1 if room is None else scene.rooms.index(room) for room in rooms])
 
 
 def _wrapped(angle: FloatArray) -> FloatArray:

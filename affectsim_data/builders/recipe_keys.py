@@ -72,10 +72,14 @@ def _typed(key: str, kind: str, value: object) -> object:
         if not isinstance(value, bool):
             raise ValueError(f"{key} must be true or false, got {value!r}")
         return value
-    if kind == "int":
+    if kind.startswith("int"):
         if isinstance(value, bool) or not isinstance(value, int) or value < 0:
             raise ValueError(f"{key} must be a whole number from 0, got {value!r}")
         return value
+    if kind == "tuple[str, ...]":
+        if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
+            raise ValueError(f"{key} must be a list of texts, got {value!r}")
+        return tuple(value)
     if kind.startswith("float"):
         return _number(key, value)
     if kind == "Sequence[float]":

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 from affectsim_data.builders.corpus_recipe import CORPUS_TABLES, load_recipe
+from affectsim_data.builders.scene_recipe import SceneRecipe, read_scene_recipe
 from affectsim_data.cameras import Camera
 from affectsim_data.content import content_names, content_path
 from affectsim_data.episodes import Robot
@@ -79,12 +80,13 @@ class Recipe:
     seed: int
     camera: Camera
     robot: Robot
-    homes: str
-    """Name of the homes recipe."""
+    scenes: SceneRecipe
+    """Where its scenes come from."""
     avatar_ids: tuple[str, ...]
     """Baked bodies; performers take them in turn."""
     thresholds: Thresholds
     compositions: tuple[Composition, ...]
+    """None: a release of scenes alone."""
     split_by: Literal["performer", "action"]
     split_of: dict[str, Split]
     """Split of every performer or action."""
@@ -95,12 +97,26 @@ class Recipe:
 
     @property
     def redistribution(self) -> bool:
-        """Whether the release may be passed on; the corpus it reads, if any, says so.
+        """Whether the release may be passed on; the corpus and scenes it reads, if any, say so.
 
         Raises:
             ValueError: The corpus tables do not say what they must.
         """
-        return "corpus" not in self.document or load_recipe(self.path).redistribution
+        corpus = "corpus" not in self.document or load_recipe(self.path).redistribution
+        return corpus and self.scenes.redistribution
+
+    def with_shell(self) -> Recipe:
+        """The recipe with a floor and walls built around scenes that lack their stage.
+
+        Raises:
+            ValueError: Its scenes are not of a Habitat dataset.
+        """
+        if self.scenes.kind != "habitat":
+            raise ValueError(
+                f"{self.path}: --shell is for scenes of Habitat datasets, "
+                f"those of this recipe are {self.scenes.kind}"
+            )
+        return dataclasses.replace(self, scenes=dataclasses.replace(self.scenes, shell=True))
 
     def split(self, *, performer_id: str, action: str) -> Split:
         """Where a motion's episodes go.
@@ -154,11 +170,13 @@ def _find(recipe: str | Path) -> Path:
 
 
 def _is_release(name: str) -> bool:
-    return "[[compose]]" in content_path("builders", f"{name}.toml").read_text(encoding="utf-8")
+    return "\n[scenes]\n" in content_path("builders", f"{name}.toml").read_text(encoding="utf-8")
 
 
 def _from_document(document: dict[str, Any], path: Path) -> Recipe:
-    splits = document["splits"]
+    compose = document.get("compose", ())
+    # Scenes alone have no performers to be split, and no bodies.
+    splits = document["splits"] if compose else {"by": "performer"}
     split_of = {key: split for split in SPLITS for key in splits.get(split, ())}
     compositions = tuple(
         Composition(
@@ -168,15 +186,15 @@ def _from_document(document: dict[str, Any], path: Path) -> Recipe:
             challenges=tuple(entry.get("challenges", ())) or (None,),
             repeats=int(entry.get("repeats", 1)),
         )
-        for entry in document["compose"]
+        for entry in compose
     )
     return Recipe(
         name=document["name"],
         seed=int(document["seed"]),
         camera=Camera.from_json(document["camera"]),
         robot=Robot(**document.get("robot", {})),
-        homes=document["scenes"]["homes"],
-        avatar_ids=tuple(document["avatars"]["ids"]),
+        scenes=read_scene_recipe(document["scenes"], where=f"{path}: [scenes]"),
+        avatar_ids=tuple(document["avatars"]["ids"]) if compose else (),
         thresholds=Thresholds(**document.get("thresholds", {})),
         compositions=compositions,
         split_by=cast(Literal["performer", "action"], splits["by"]),

@@ -20,6 +20,8 @@ def build(
     overwrite: bool = False,
     screen_report: Path | None = None,
     skip_broken: bool = False,
+    shell: bool = False,
+    scene_report: Path | None = None,
 ) -> int:
     """Build a release from a recipe; the same recipe gives the same bytes.
 
@@ -28,12 +30,15 @@ def build(
     Args:
         recipe: Name of a file in builders/, or a path ending in .toml.
         out: Folder of the release; appears when it is whole.
-        source: Your copy of the corpus, for recipes that read one.
+        source: Your copy of the corpus, scenes or furniture, for recipes that read some.
         jobs: Processes; one per core if not given.
         overwrite: Replace a release that is already there.
         screen_report: Write what screening said, a row per motion and check, as Parquet; pictures
             of rejected motions go beside it, into NAME_rejected.
-        skip_broken: Leave out files of the corpus that cannot be read, instead of stopping.
+        skip_broken: Leave out motions and scenes that cannot be read, instead of stopping.
+        shell: Build floor and walls for scenes of a Habitat dataset whose stage is missing.
+        scene_report: Write what was found, missing, skipped and ignored, a row per thing, as
+            Parquet.
     """
     if recipe == "avatars":
         from affectsim_data.builders.bodies.baking import bake_avatars
@@ -43,7 +48,11 @@ def build(
         return 0
     from affectsim_data.builders.building import build_release
     from affectsim_data.cards import write_card
-    from affectsim_data.inspection.building import build_lines, picture_rejected
+    from affectsim_data.inspection.building import (
+        build_lines,
+        picture_rejected,
+        write_scene_report,
+    )
     from affectsim_data.releases import open_release
 
     start = time.perf_counter()
@@ -55,11 +64,15 @@ def build(
         overwrite=overwrite,
         screen_report=screen_report,
         skip_broken=skip_broken,
+        shell=shell,
     )
     write_card(open_release(out), out)
-    count = report.manifest.num_rows("episodes")
-    print(f"{out}: {count} episodes in {time.perf_counter() - start:.1f} s")
+    count, scenes = (report.manifest.num_rows(table) for table in ("episodes", "scenes"))
+    seconds = time.perf_counter() - start
+    print(f"{out}: {count} episodes in {scenes} scenes, {seconds:.1f} s")
     print("\n".join(build_lines(report)))
+    if scene_report is not None:
+        print(f"{scene_report}: {write_scene_report(report, scene_report)} rows")
     if screen_report is not None:
         print(f"{screen_report}: {report.cast.screening.num_motions} motions screened")
         for path in picture_rejected(report.cast, _rejected_folder(screen_report)):

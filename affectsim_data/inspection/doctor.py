@@ -12,7 +12,7 @@ from affectsim_data.errors import RendererUnavailableError
 
 __all__ = ["examine"]
 
-_EXTRAS = {"video": "av", "build": "anny"}
+_EXTRAS = {"video": "av", "plots": "matplotlib", "ktx2": "opengl_basisu", "build": "anny"}
 
 
 def examine(*, device: int | None = None) -> tuple[list[str], bool]:

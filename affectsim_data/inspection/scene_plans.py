@@ -17,7 +17,7 @@ from affectsim_data.poses import FloatArray
 from affectsim_data.render import Renderer
 from affectsim_data.scenes import Door, Scene, SceneObject, Seat
 
-__all__ = ["draw_plan", "scene_sheet"]
+__all__ = ["draw_plan", "floor_areas_m2", "scene_sheet"]
 
 _FINE = 3
 """Lines are drawn this much larger and scaled down."""
@@ -119,8 +119,19 @@ def draw_plan(scene: Scene, navmesh: NavMesh, *, width: int, height: int) -> Ima
     return picture.resize((width, height), Image.Resampling.LANCZOS)
 
 
+def floor_areas_m2(scene: Scene, navmesh: NavMesh) -> list[float]:
+    """Areas of islands on the floor, largest first: a robot may fit on a bed, but not get there.
+
+    Of a scene whose islands all lie higher, all count.
+    """
+    top = max(room.floor_y for room in scene.rooms) + navmesh.settings.max_climb
+    islands = zip(navmesh.islands, navmesh.island_areas_m2, strict=True)
+    low = [area for island, area in islands if island.median_y <= top]
+    return low or list(navmesh.island_areas_m2)
+
+
 def _title(scene: Scene, navmesh: NavMesh) -> str:
-    areas = navmesh.island_areas_m2
+    areas = floor_areas_m2(scene, navmesh)
     floor = sum(shapely.Polygon(room.polygon).area for room in scene.rooms)
     rooms = f"{len(scene.rooms)} room{'s' * (len(scene.rooms) != 1)}"
     return (

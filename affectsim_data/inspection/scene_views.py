@@ -5,12 +5,14 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from affectsim_data.cameras import Camera, CameraTrajectory
+from affectsim_data.navmesh import NavMesh
 from affectsim_data.poses import FloatArray, look_at
 from affectsim_data.render import ClipSpec, Renderer
-from affectsim_data.scenes import Scene
+from affectsim_data.scenes import Room, Scene
 
 __all__ = ["standing_views", "view_from_above", "without_ceiling"]
 
@@ -21,6 +23,7 @@ _TILT = 0.12
 """Camera to the south of the middle, as a share of its height: walls show their faces a little."""
 _EYE_M, _LOOK_DOWN = 1.6, 0.12
 _STANDING_HFOV = np.deg2rad(75.0)
+_PROBE, _FAR_M = (48, 32), 20.0
 
 
 def without_ceiling(scene: Scene) -> Scene:
@@ -56,23 +59,40 @@ def view_from_above(
 
 
 def standing_views(
-    scene: Scene, renderer: Renderer, *, width: int, height: int
+    scene: Scene, navmesh: NavMesh, renderer: Renderer, *, width: int, height: int
 ) -> dict[str, NDArray[np.uint8]]:
-    """What somebody sees who stands in a corner of each room, by room, `(height, width, 3)`."""
-    camera = Camera(width, height, hfov=_STANDING_HFOV)
+    """What somebody sees who stands near a corner of each room, by room, `(height, width, 3)`.
+
+    Of the places near the corners the one with the widest view is taken; rooms in which nobody can
+    stand are left out.
+    """
     views = {}
     for room in scene.rooms:
-        eye, target = _corner_view(np.array(room.polygon), room.floor_y)
-        trajectory = CameraTrajectory(look_at(eye, target)[None])
-        views[room.room_id] = renderer.render(ClipSpec(scene, (), camera, trajectory)).rgb[0]
+        poses = _corner_poses(room, navmesh)
+        if len(poses):
+            small = Camera(_PROBE[0], _PROBE[1], hfov=_STANDING_HFOV)
+            depth = renderer.render(ClipSpec(scene, (), small, CameraTrajectory(poses))).depth
+            best = int(np.argmax(np.median(np.minimum(depth, _FAR_M), axis=(1, 2))))
+            camera = Camera(width, height, hfov=_STANDING_HFOV)
+            spec = ClipSpec(scene, (), camera, CameraTrajectory(poses[best : best + 1]))
+            views[room.room_id] = renderer.render(spec).rgb[0]
     return views
 
 
-def _corner_view(polygon: FloatArray, floor_y: float) -> tuple[FloatArray, FloatArray]:
-    """Eye near one corner of a room, and what it looks at near the opposite one."""
-    low, high = polygon.min(axis=0), polygon.max(axis=0)
-    inset = np.minimum(0.45, 0.2 * (high - low))
-    near, far = low + inset, high - inset
-    eye = np.array([near[0], floor_y + _EYE_M, near[1]])
-    reach = float(np.linalg.norm(far - near))
-    return eye, np.array([far[0], floor_y + _EYE_M - _LOOK_DOWN * reach - 0.25, far[1]])
+def _corner_poses(room: Room, navmesh: NavMesh) -> FloatArray:
+    """Cameras at places near the corners of a room that look across it, `(n, 4, 4)`."""
+    polygon = shapely.Polygon(room.polygon)
+    free = shapely.intersection(navmesh.polygons[0], polygon)
+    if free.is_empty:
+        return np.empty((0, 4, 4))
+    middle = np.array(polygon.centroid.coords[0])
+    poses = []
+    for corner in room.polygon:
+        place = shapely.get_coordinates(shapely.shortest_line(free, shapely.Point(corner)))[0]
+        across = 2.0 * middle - place
+        reach = float(np.linalg.norm(across - place))
+        if reach > 0.1:
+            eye_y = room.floor_y + _EYE_M
+            target = np.array([across[0], eye_y - _LOOK_DOWN * reach - 0.25, across[1]])
+            poses.append(look_at(np.array([place[0], eye_y, place[1]]), target))
+    return np.array(poses).reshape(-1, 4, 4)

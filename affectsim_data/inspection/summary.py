@@ -134,6 +134,8 @@ def summary_lines(summary: dict[str, Any]) -> list[str]:
         lines.append("  may not be passed on; share the recipe")
     if summary["partial"]:
         lines.append(f"  a copy of a part: {summary['partial']}")
+    if not summary["selection"]:
+        return [*lines, "  no episodes; --scenes describes its scenes"]
     for split, entry in summary["selection"].items():
         share = f"{entry['selected']} of {entry['of']} episodes"
         lines.append(f"  {split:12} {share}, fingerprint {entry['fingerprint'][:16]}")

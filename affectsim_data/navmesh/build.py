@@ -40,14 +40,14 @@ def build_islands(vertices: ArrayLike, faces: ArrayLike, settings: Settings) -> 
         climb=-_ceil(-settings.max_climb / cell_height),
     )
     min_normal_y = math.cos(math.radians(settings.max_slope_deg))
-    up = int(np.count_nonzero(unit_normals(points, triangles)[:, 1] > min_normal_y))
-    if not up:
-        raise ValueError(_no_floor(settings, up, len(triangles)))
+    upward = unit_normals(points, triangles)[:, 1]
+    if not np.any(upward > min_normal_y):
+        raise ValueError(_no_floor(settings, upward))
     spans = rasterize(points, triangles, grid, max_climb=agent.climb, min_normal_y=min_normal_y)
     min_cells = _ceil(MIN_ISLAND_AREA_M2 / cell_size**2)
     cells = walkable_cells(spans, grid, agent, min_island_cells=min_cells)
     if not len(cells.x):
-        raise ValueError(_no_floor(settings, up, len(triangles)))
+        raise ValueError(_no_floor(settings, upward))
     _refuse_overlap(cells, grid)
     return islands_from_cells(cells.x, cells.z, cells.y, cells.island, grid)
 
@@ -60,8 +60,14 @@ def _ceil(value: float) -> int:
 def _checked_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[FloatArray, IntArray]:
     points = np.asarray(vertices, np.float64)
     triangles = np.asarray(faces)
-    if points.ndim != 2 or points.shape[1] != 3 or not np.all(np.isfinite(points)):
-        raise ValueError(f"vertices must be finite and (n, 3), got {points.shape}")
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"vertices must be (n, 3), got {points.shape}")
+    broken = np.flatnonzero(~np.all(np.isfinite(points), axis=1))
+    if len(broken):
+        raise ValueError(
+            f"vertices must be finite: {len(broken)} of {len(points)} are not, the first is number "
+            f"{broken[0]}, {points[broken[0]]}; drop the faces that use them"
+        )
     if triangles.ndim != 2 or triangles.shape[1] != 3 or triangles.dtype.kind not in "iu":
         raise ValueError(
             f"faces must be whole numbers, (m, 3), got {triangles.dtype} {triangles.shape}"
@@ -74,13 +80,18 @@ def _checked_mesh(vertices: ArrayLike, faces: ArrayLike) -> tuple[FloatArray, In
     return points, triangles.astype(np.int64)
 
 
-def _no_floor(settings: Settings, num_up: int, num_triangles: int) -> str:
-    return (
+def _no_floor(settings: Settings, upward: FloatArray) -> str:
+    least = math.cos(math.radians(settings.max_slope_deg))
+    up, down = np.count_nonzero(upward > least), np.count_nonzero(upward < -least)
+    message = (
         f"no walkable surface: looked for at least {MIN_ISLAND_AREA_M2:g} m2 of floor, no steeper "
         f"than {settings.max_slope_deg:g} degrees, with {settings.agent_height:g} m of free height "
-        f"and {settings.agent_radius:g} m away from walls; {num_up} of {num_triangles} triangles "
+        f"and {settings.agent_radius:g} m away from walls; {up} of {len(upward)} triangles "
         "face up flat enough (faces must be counter-clockwise from outside, Y up, metres)"
     )
+    if down > up:
+        message += f"; {down} face down: if these are the floor, reverse the corners of all faces"
+    return message
 
 
 def _refuse_overlap(cells: Cells, grid: Grid) -> None:

@@ -12,6 +12,7 @@ from scipy import ndimage
 
 from affectsim_data.navmesh.outlines import cell_outlines, simplify_rings
 from affectsim_data.navmesh.rasterize import Grid, IntArray
+from affectsim_data.navmesh.sights import CornerSight
 from affectsim_data.navmesh.walls import ON_WALL_M, Walls
 from affectsim_data.poses import FloatArray
 
@@ -20,6 +21,9 @@ __all__ = ["Island", "islands_from_cells"]
 # Recast's largest deviation of a simplified outline from the cells, in cells.
 SIMPLIFY_CELLS = 1.3
 HEIGHT_STEP_M = 0.001
+# Ways are measured along the floor in pieces of at most this length: longer than the ripple of a
+# scanned floor or the tread of a stair, shorter than any ramp.
+PIECE_M = 0.25
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -63,6 +67,33 @@ class Island:
         return Walls.from_rings([ring.astype(np.float64) for ring in self.rings])
 
     @functools.cached_property
+    def sight(self) -> CornerSight:
+        """Which of its corners its points see."""
+        return CornerSight(self.walls)
+
+    @functools.cached_property
+    def low(self) -> tuple[float, float, float]:
+        """Low corner of its box, metres."""
+        x, z, _, _ = self.polygon.bounds
+        return float(x), self.base_y + HEIGHT_STEP_M * float(self.heights.min()), float(z)
+
+    @functools.cached_property
+    def high(self) -> tuple[float, float, float]:
+        """High corner of its box, metres."""
+        _, _, x, z = self.polygon.bounds
+        return float(x), self.base_y + HEIGHT_STEP_M * float(self.heights.max()), float(z)
+
+    @functools.cached_property
+    def rise(self) -> float:
+        """Between its lowest and its highest floor, metres."""
+        return self.high[1] - self.low[1]
+
+    @functools.cached_property
+    def is_level(self) -> bool:
+        """Whether its floor has one height everywhere."""
+        return bool(self.heights.min() == self.heights.max())
+
+    @functools.cached_property
     def _edge_tree(self) -> shapely.STRtree:
         return shapely.STRtree(
             shapely.linestrings(np.stack([self.walls.start, self.walls.end], axis=1))
@@ -73,19 +104,91 @@ class Island:
         """Median height of its floor, metres."""
         return self.base_y + HEIGHT_STEP_M * float(np.median(self.heights))
 
+    @functools.cached_property
+    def _heights_m(self) -> FloatArray:
+        """Heights of cells, metres, row by row."""
+        return (self.base_y + HEIGHT_STEP_M * self.heights.astype(np.float64)).reshape(-1)
+
     def height_at(self, plan: FloatArray) -> FloatArray:
         """Height of the floor, metres, `(n,)`, interpolated at `(x, z)`, `(n, 2)`."""
+        if self.is_level:
+            return np.full(len(plan), self.low[1])
         depth, width = self.heights.shape
-        place = (plan - np.array(self.height_origin)) / self.cell_size - 0.5
-        place = np.clip(place, 0.0, [width - 1.0, depth - 1.0])
-        low = np.minimum(place.astype(np.int64), [max(width - 2, 0), max(depth - 2, 0)])
-        share_x, share_z = (place - low).T
-        x, z = low.T
-        x1, z1 = np.minimum(x + 1, width - 1), np.minimum(z + 1, depth - 1)
-        near = (1.0 - share_x) * self.heights[z, x] + share_x * self.heights[z, x1]
-        far = (1.0 - share_x) * self.heights[z1, x] + share_x * self.heights[z1, x1]
-        height: FloatArray = self.base_y + HEIGHT_STEP_M * ((1.0 - share_z) * near + share_z * far)
+        x = (plan[:, 0] - self.height_origin[0]) / self.cell_size - 0.5
+        z = (plan[:, 1] - self.height_origin[1]) / self.cell_size - 0.5
+        x = np.minimum(np.maximum(x, 0.0), width - 1.0)
+        z = np.minimum(np.maximum(z, 0.0), depth - 1.0)
+        column = np.minimum(x.astype(np.int64), max(width - 2, 0))
+        row = np.minimum(z.astype(np.int64), max(depth - 2, 0))
+        x, z = x - column, z - row
+        first, heights = row * width + column, self._heights_m
+        right, down = min(width - 1, 1), min(depth - 1, 1) * width
+        near = (1.0 - x) * heights[first] + x * heights[first + right]
+        far = (1.0 - x) * heights[first + down] + x * heights[first + down + right]
+        height: FloatArray = (1.0 - z) * near + z * far
         return height
+
+    def height_here(self, x: float, z: float) -> float:
+        """`height_at` for one point, metres."""
+        if self.is_level:
+            return self.low[1]
+        depth, width = self.heights.shape
+        x = min(max((x - self.height_origin[0]) / self.cell_size - 0.5, 0.0), width - 1.0)
+        z = min(max((z - self.height_origin[1]) / self.cell_size - 0.5, 0.0), depth - 1.0)
+        column, row = min(int(x), max(width - 2, 0)), min(int(z), max(depth - 2, 0))
+        x, z = x - column, z - row
+        first, heights = row * width + column, self._heights_m
+        right, down = min(width - 1, 1), min(depth - 1, 1) * width
+        near = (1.0 - x) * heights[first] + x * heights[first + right]
+        far = (1.0 - x) * heights[first + down] + x * heights[first + down + right]
+        return float((1.0 - z) * near + z * far)
+
+    def floor_lengths(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
+        """Lengths along the floor of straight lines on the plan, metres, `(n,)`.
+
+        Args:
+            starts: Points `(x, z)` of the island, `(n, 2)`.
+            ends: Alike; the lines between them stay on the island.
+        """
+        length: FloatArray = np.hypot(*(ends - starts).T)
+        if self.is_level or not len(length):
+            return length
+        line, point = self.profile(starts, ends)
+        y = self.height_at(point)
+        pieces = np.bincount(line) - 1
+        within = np.flatnonzero(line[1:] == line[:-1])
+        of = line[within]
+        run = np.hypot((length / pieces)[of], y[within + 1] - y[within])
+        return np.asarray(np.bincount(of, run, minlength=len(length)), np.float64)
+
+    def floor_line(self, bends: FloatArray) -> FloatArray:
+        """Points of the floor along a line `(x, z)`, `(n, 2)`: its bends and what rises between."""
+        line, point = self.profile(bends[:-1], bends[1:])
+        floor = self.on_floor(point)
+        first = np.concatenate([[0], np.flatnonzero(np.diff(line)) + 1])
+        last = np.append(first[1:] - 1, len(line) - 1)
+        slope = (floor[last, 1] - floor[first, 1]) / (last - first)
+        straight = floor[first[line], 1] + slope[line] * (np.arange(len(line)) - first[line])
+        off = np.abs(floor[:, 1] - straight)
+        bumpy = np.zeros(len(first), bool)
+        np.logical_or.at(bumpy, line, off > 1e-9)
+        kept = bumpy[line]
+        kept[first] = False
+        kept[0] = kept[last] = True
+        return floor[kept]
+
+    def profile(self, starts: FloatArray, ends: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Points along straight lines, ends included, at most `PIECE_M` apart.
+
+        Returns:
+            The line of each point, in order, `(k,)`, and the points `(x, z)`, `(k, 2)`.
+        """
+        length = np.hypot(*(ends - starts).T)
+        pieces = np.maximum(np.ceil(length / PIECE_M - 1e-9), 1.0).astype(np.int64)
+        line: IntArray = np.repeat(np.arange(len(pieces)), pieces + 1)
+        first = np.cumsum(pieces + 1) - (pieces + 1)
+        share = ((np.arange(len(line)) - first[line]) / pieces[line])[:, None]
+        return line, (1.0 - share) * starts[line] + share * ends[line]
 
     def on_floor(self, plan: FloatArray) -> FloatArray:
         """Points of the floor, `(n, 3)`, at `(x, z)`, `(n, 2)`."""
@@ -103,24 +206,23 @@ class Island:
             nearest[outside[off]] = projected[off]
         return nearest
 
+    def contains(self, x: float, z: float) -> bool:
+        """Whether a point lies inside, not on a wall."""
+        return bool(shapely.contains_xy(self.polygon, x, z))
+
+    def nearest_here(self, x: float, z: float) -> tuple[float, float]:
+        """`nearest` for one point."""
+        if self.contains(x, z):
+            return x, z
+        to_x, to_z, distance = self.walls.nearest(x, z)
+        return (to_x, to_z) if distance > ON_WALL_M else (x, z)
+
     def wall_distance(self, plan: FloatArray) -> FloatArray:
         """Distance to the nearest wall, metres, `(n,)`, of `(x, z)`, `(n, 2)`."""
         _, distance = self._edge_tree.query_nearest(
             shapely.points(plan), all_matches=False, return_distance=True
         )
         return np.asarray(distance, np.float64)
-
-    def random_plan_points(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Points uniform over the area, `(count, 2)`."""
-        x0, z0, x1, z1 = self.polygon.bounds
-        found = np.empty((0, 2))
-        while len(found) < count:
-            # Each round draws a fixed share more than is missing, so that few rounds are needed.
-            tries = 16 + int(1.5 * (count - len(found)))
-            points = rng.uniform((x0, z0), (x1, z1), (tries, 2))
-            inside = shapely.contains_xy(self.polygon, points[:, 0], points[:, 1])
-            found = np.concatenate([found, points[inside]])
-        return found[:count]
 
 
 def islands_from_cells(

@@ -14,29 +14,29 @@ from numpy.typing import ArrayLike
 
 from affectsim_data.navmesh.build import build_islands
 from affectsim_data.navmesh.islands import Island
+from affectsim_data.navmesh.locating import (
+    Point,
+    checked_point,
+    checked_points,
+    nearest_point,
+    nearest_points,
+    off_mesh,
+    plan_region,
+    random_plan_points,
+)
+from affectsim_data.navmesh.moves import StepResult, moved, was_clipped
 from affectsim_data.navmesh.rasterize import BoolArray, IntArray
-from affectsim_data.navmesh.rings import Ring, ring_distance
-from affectsim_data.navmesh.roadmap import Roadmap, Sight
+from affectsim_data.navmesh.rings import Ring, ring_distance, ring_distances
+from affectsim_data.navmesh.roadmap import Roadmap
 from affectsim_data.navmesh.settings import Settings
 from affectsim_data.navmesh.storage import pack, unpack
+from affectsim_data.navmesh.ways import pair_lengths
 from affectsim_data.poses import FloatArray
 
 __all__ = ["NavMesh", "StepResult"]
 
 # Largest distance of a start or goal to the navmesh, metres.
 SNAP_TOLERANCE_M = 0.1
-# habitat-sim's rule for a collision; square metres.
-CLIP_SLACK_M2 = 1e-5
-
-
-@dataclasses.dataclass(frozen=True)
-class StepResult:
-    """Where a move ended."""
-
-    position: FloatArray
-    """On the floor, metres, `(3,)`."""
-    clipped: bool
-    """Whether it ended early: `|moved|^2 + 1e-5 < |asked|^2`, on the plan."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class NavMesh:
 
     Points are `(3,)`, Y up, metres, or `(n, 3)` where a method says so. A point may lie up to 0.1 m
     off the mesh and is then snapped; farther off is a `ValueError`. Shortest ways are exact on the
-    polygons; lengths are 3-D along the floor at the bends, which on a level floor is horizontal.
+    plan; their lengths are 3-D along the floor under them, in pieces of at most 0.25 m.
     """
 
     settings: Settings
@@ -118,47 +118,113 @@ class NavMesh:
         Raises:
             ValueError: A point is farther off the mesh than `max_offset`, metres.
         """
-        points = _points(point)
+        points = checked_points(point)
         snapped, _ = self._snapped(points, max_offset)
         return snapped.reshape(np.shape(point))
 
     def island(self, point: ArrayLike) -> int:
         """Index of the island nearest to a point, `(3,)`; 0 is the largest."""
-        return int(self._snapped(_point(point))[1][0])
+        return self._here(checked_point(point))[1]
+
+    def island_numbers(self, points: ArrayLike) -> IntArray:
+        """Index of the island nearest to each point, `(n, 3)`: `(n,)`; -1 off the mesh."""
+        where = checked_points(points)
+        nearest, which = nearest_points(self.islands, where)
+        off = np.linalg.norm(nearest - where, axis=1) > SNAP_TOLERANCE_M
+        return np.where(off, -1, which)
 
     def is_navigable(self, point: ArrayLike, max_offset: float = SNAP_TOLERANCE_M) -> bool:
         """Whether a point, `(3,)`, lies within `max_offset` metres of the mesh."""
-        return bool(self.navigable(_point(point), max_offset)[0])
+        x, y, z = checked_point(point)
+        (near_x, near_y, near_z), _ = nearest_point(self.islands, x, y, z)
+        return math.dist((x, y, z), (near_x, near_y, near_z)) <= max_offset
 
     def navigable(self, points: ArrayLike, max_offset: float = SNAP_TOLERANCE_M) -> BoolArray:
         """Whether points, `(n, 3)`, lie within `max_offset` metres of the mesh, `(n,)`."""
-        nearest, _ = self._nearest(_points(points))
-        near: BoolArray = np.linalg.norm(nearest - _points(points), axis=1) <= max_offset
+        where = checked_points(points)
+        nearest, _ = nearest_points(self.islands, where)
+        near: BoolArray = np.linalg.norm(nearest - where, axis=1) <= max_offset
         return near
 
-    def random_points(self, n: int, rng: np.random.Generator) -> FloatArray:
-        """Points uniform over the area of all islands, `(n, 3)`."""
-        share = np.array(self.island_areas_m2) / self.area_m2
-        which = rng.choice(len(self.islands), size=n, p=share)
+    def random_points(
+        self,
+        n: int,
+        rng: np.random.Generator,
+        *,
+        island: int | None = None,
+        within: ArrayLike | None = None,
+        disc: tuple[ArrayLike, float] | None = None,
+    ) -> FloatArray:
+        """Points uniform over the area of the mesh, `(n, 3)`.
+
+        Args:
+            n: How many.
+            rng: Draws them.
+            island: Only on this one; on all of them if not given.
+            within: Only in this polygon, corners `(x, z)`, `(k, 2)`, such as a room's.
+            disc: Only around a point, `(3,)`, up to a distance on the plan, metres.
+
+        Raises:
+            ValueError: There is no such island, or none of it lies there.
+        """
+        chosen = range(len(self.islands)) if island is None else [self._number(island)]
+        if within is None and disc is None:
+            parts = [self.polygons[number] for number in chosen]
+        else:
+            region = plan_region(within, disc)
+            parts = [shapely.intersection(self.polygons[number], region) for number in chosen]
+        plan, which = random_plan_points(parts, n, rng, disc=disc)
         points = np.empty((n, 3))
-        for number, island in enumerate(self.islands):
-            member = which == number
-            plan = island.random_plan_points(int(member.sum()), rng)
-            points[member] = island.on_floor(plan)
+        for place, number in enumerate(chosen):
+            points[which == place] = self.islands[number].on_floor(plan[which == place])
         return points
 
     def distance_to_wall(self, points: ArrayLike) -> FloatArray:
-        """Horizontal distance to the edge of the island, metres, `()` or `(n,)` like `points`."""
-        snapped, which = self._snapped(_points(points))
+        """Horizontal distance to the edge of the island, metres, `()` or `(n,)` like `points`.
+
+        What an agent's middle may not touch: obstacles and drops are the agent's radius farther.
+        """
+        snapped, which = self._snapped(checked_points(points))
         distance = np.empty(len(snapped))
         for number in np.unique(which):
             member = which == number
             distance[member] = self.islands[number].wall_distance(snapped[member][:, [0, 2]])
         return distance.reshape(np.shape(points)[:-1])
 
+    def has_straight_way(self, starts: ArrayLike, ends: ArrayLike) -> BoolArray:
+        """Whether an agent can go from starts to ends in a straight line on the plan, `(n,)`.
+
+        Args:
+            starts: `(n, 3)`, or `(3,)` for one start with many ends.
+            ends: `(n, 3)`, or `(3,)`.
+        """
+        start, start_island = self._snapped(checked_points(starts))
+        end, end_island = self._snapped(checked_points(ends))
+        shape = np.broadcast_shapes(start.shape, end.shape)
+        start, end = (
+            np.broadcast_to(start, shape)[:, [0, 2]],
+            np.broadcast_to(end, shape)[:, [0, 2]],
+        )
+        which = np.where(start_island == end_island, start_island, -1)
+        straight = np.zeros(shape[0], bool)
+        for number, island in enumerate(self.islands):
+            pair = np.flatnonzero(np.broadcast_to(which == number, shape[:1]))
+            straight[pair] = ~island.walls.blocked(start[pair], end[pair])
+        return straight
+
     def geodesic_distance(self, start: ArrayLike, end: ArrayLike) -> float:
         """Length of the shortest way between two points, `(3,)`, metres; `inf` if there is none."""
-        return float(self.geodesic_distances(_point(start), _point(end))[0])
+        (x, _, z), island = self._here(checked_point(start))
+        (to_x, _, to_z), other = self._here(checked_point(end))
+        if island != other:
+            return math.inf
+        floor = self.islands[island]
+        if not floor.walls.blocks(x, z, to_x, to_z):
+            if floor.is_level:
+                return math.hypot(to_x - x, to_z - z)
+            return float(floor.floor_lengths(np.array([[x, z]]), np.array([[to_x, to_z]]))[0])
+        roadmap = self._roadmap(island)
+        return roadmap.through(roadmap.sight(x, z), roadmap.sight(to_x, to_z))[0]
 
     def geodesic_distances(self, starts: ArrayLike, ends: ArrayLike) -> FloatArray:
         """Lengths of shortest ways, metres, `(n,)`; `inf` where there is none.
@@ -167,29 +233,37 @@ class NavMesh:
             starts: `(n, 3)`, or `(3,)` for one start with many ends.
             ends: `(n, 3)`, or `(3,)`.
         """
-        start, start_island = self._snapped(_points(starts))
-        end, end_island = self._snapped(_points(ends))
-        shape = np.broadcast_shapes(start.shape, end.shape)
-        distance = np.full(shape[0], np.inf)
-        from_, to = (np.broadcast_to(np.arange(len(p)), shape[0]) for p in (start, end))
-        for number in np.unique(start_island):
-            pair = (start_island[from_] == number) & (end_island[to] == number)
-            distance[pair] = self._island_distances(number, start, from_[pair], end, to[pair])
-        return distance
+        start, start_island = self._snapped(checked_points(starts))
+        end, end_island = self._snapped(checked_points(ends))
+        count = np.broadcast_shapes(start.shape, end.shape)[0]
+        one, two = (np.broadcast_to(np.arange(len(p)), count) for p in (start, end))
+        return self._pair_lengths(start, start_island, one, end, end_island, two)
+
+    def distance_matrix(self, starts: ArrayLike, ends: ArrayLike) -> FloatArray:
+        """Lengths of shortest ways from each start `(n, 3)` to each end `(m, 3)`, `(n, m)`."""
+        start, start_island = self._snapped(checked_points(starts))
+        end, end_island = self._snapped(checked_points(ends))
+        one, two = (grid.ravel() for grid in np.indices((len(start), len(end))))
+        lengths = self._pair_lengths(start, start_island, one, end, end_island, two)
+        return lengths.reshape(len(start), len(end))
 
     def shortest_path(self, start: ArrayLike, end: ArrayLike) -> FloatArray | None:
-        """Corners of the shortest way between two points, both included, `(n, 3)`, metres.
+        """Points of the floor along the shortest way between two points, `(n, 3)`, metres.
 
-        `None` if there is no way.
+        Both ends and every bend, and, where the floor between them rises, points on it at most
+        0.25 m apart: the polyline is as long as `geodesic_distance` says. `None` for no way.
         """
-        (a, b), (island_a, island_b) = self._snapped(np.concatenate([_point(start), _point(end)]))
-        if island_a != island_b:
+        (x, _, z), island = self._here(checked_point(start))
+        (to_x, _, to_z), other = self._here(checked_point(end))
+        if island != other:
             return None
-        if not self.islands[island_a].walls.blocked(a[None, [0, 2]], b[None, [0, 2]])[0]:
-            return np.stack([a, b])
-        roadmap = self._roadmap(int(island_a))
-        _, first, last = roadmap.through(*roadmap.sights(np.stack([a, b])))
-        return np.concatenate([a[None], roadmap.corner_chain(first, last), b[None]])
+        bends = np.array([[x, z], [to_x, to_z]])
+        floor = self.islands[island]
+        if floor.walls.blocks(x, z, to_x, to_z):
+            roadmap = self._roadmap(island)
+            _, first, last = roadmap.through(roadmap.sight(x, z), roadmap.sight(to_x, to_z))
+            bends = np.concatenate([bends[:1], roadmap.corner_chain(first, last), bends[1:]])
+        return floor.floor_line(bends)
 
     def ring_distance(
         self, start: ArrayLike, anchor: ArrayLike, distance: float, tolerance: float = 0.1
@@ -209,17 +283,33 @@ class NavMesh:
         Raises:
             ValueError: `start` is off the mesh, or a number is not finite or negative.
         """
-        for name, value in (("distance", distance), ("tolerance", tolerance)):
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} must be at least 0 m, got {value}")
-        ring = Ring(_point(anchor)[0], distance - tolerance, distance + tolerance)
-        snapped, which = self._snapped(_point(start))
-        if ring.meets(self.islands[which[0]]):
-            return ring_distance(self._roadmap(int(which[0])), snapped[0], ring)
+        ring = Ring.around(checked_point(anchor), distance, tolerance)
+        (x, _, z), island = self._here(checked_point(start))
+        if ring.meets(self.islands[island]):
+            return ring_distance(self._roadmap(island), np.array([x, z]), ring)
         return math.inf if any(ring.meets(island) for island in self.islands) else math.nan
+
+    def ring_distances(
+        self, starts: ArrayLike, anchor: ArrayLike, distance: float, tolerance: float = 0.1
+    ) -> FloatArray:
+        """`ring_distance` of many starts, `(n, 3)`, to one anchor, metres, `(n,)`."""
+        ring = Ring.around(checked_point(anchor), distance, tolerance)
+        snapped, which = self._snapped(checked_points(starts))
+        met = [ring.meets(island) for island in self.islands]
+        lengths = np.full(len(snapped), math.inf if any(met) else math.nan)
+        for number in np.unique(which):
+            if met[number]:
+                member = np.flatnonzero(which == number)
+                plan = snapped[member][:, [0, 2]]
+                lengths[member] = ring_distances(self._roadmap(int(number)), plan, ring)
+        return lengths
 
     def step(self, start: ArrayLike, end: ArrayLike, *, sliding: bool = False) -> StepResult:
         """Moves towards `end`, `(3,)`, whose height does not matter, and stops at walls.
+
+        The meaning of habitat-sim's `try_step_no_sliding` and, sliding, of its `try_step`, but for
+        one thing: where the end lies on or next to another island, habitat-sim does not move at
+        all, and here the move ends at the wall as any other.
 
         Args:
             start: On the mesh, `(3,)`.
@@ -227,17 +317,12 @@ class NavMesh:
             sliding: Move on along the wall, to the point nearest to `end` that can be reached
                 within half the length of the move around its middle, as Detour does.
         """
-        snapped, which = self._snapped(_point(start))
-        island = self.islands[which[0]]
-        source, target = snapped[0, [0, 2]], _point(end)[0, [0, 2]]
-        share = island.walls.first_hit(source, target)
-        reached = source + share * (target - source)
-        if share < 1.0 and sliding:
-            reached = _slide(island, source, target)
-        reached = island.nearest(reached[None])
-        moved2 = float(np.sum((reached[0] - source) ** 2))
-        clipped = moved2 + CLIP_SLACK_M2 < float(np.sum((target - source) ** 2))
-        return StepResult(island.on_floor(reached)[0], clipped)
+        (x, _, z), number = self._here(checked_point(start))
+        to_x, _, to_z = checked_point(end)
+        island = self.islands[number]
+        new_x, new_z = moved(island, x, z, to_x, to_z, sliding=sliding)
+        position = np.array([new_x, island.height_here(new_x, new_z), new_z])
+        return StepResult(position, was_clipped(x, z, to_x, to_z, new_x, new_z))
 
     def to_bytes(self) -> bytes:
         """A compact form without pickle; equal meshes give equal bytes."""
@@ -274,80 +359,44 @@ class NavMesh:
             self._roadmaps[number] = Roadmap.on(self.islands[number])
         return self._roadmaps[number]
 
-    def _nearest(self, points: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Nearest point of the mesh and its island, for points `(n, 3)`."""
-        best = np.full(len(points), np.inf)
-        nearest, which = np.empty_like(points), np.zeros(len(points), np.int64)
-        for number, island in enumerate(self.islands):
-            found = island.on_floor(island.nearest(points[:, [0, 2]]))
-            offset = np.linalg.norm(found - points, axis=1)
-            closer = offset < best
-            best = np.where(closer, offset, best)
-            nearest[closer], which[closer] = found[closer], number
+    def _number(self, island: int) -> int:
+        if not 0 <= island < len(self.islands):
+            raise ValueError(f"island must be 0 to {len(self.islands) - 1}, got {island}")
+        return island
+
+    def _here(self, point: Point) -> tuple[Point, int]:
+        """Nearest point of the mesh and its island, for one point."""
+        nearest, which = nearest_point(self.islands, *point)
+        offset = math.dist(nearest, point)
+        if offset > SNAP_TOLERANCE_M:
+            raise off_mesh(np.array(point), offset, SNAP_TOLERANCE_M)
         return nearest, which
 
     def _snapped(
         self, points: FloatArray, max_offset: float = SNAP_TOLERANCE_M
     ) -> tuple[FloatArray, IntArray]:
-        nearest, which = self._nearest(points)
+        nearest, which = nearest_points(self.islands, points)
         offset = np.linalg.norm(nearest - points, axis=1)
         far = np.flatnonzero(offset > max_offset)
         if len(far):
-            point = ", ".join(f"{value:.3f}" for value in points[far[0]])
-            raise ValueError(
-                f"point ({point}) is {offset[far[0]]:.3f} m off the navmesh, "
-                f"more than {max_offset:g} m"
-            )
+            raise off_mesh(points[far[0]], float(offset[far[0]]), max_offset)
         return nearest, which
 
-    def _island_distances(
-        self, number: int, start: FloatArray, from_: IntArray, end: FloatArray, to: IntArray
+    def _pair_lengths(
+        self,
+        start: FloatArray,
+        start_island: IntArray,
+        one: IntArray,
+        end: FloatArray,
+        end_island: IntArray,
+        two: IntArray,
     ) -> FloatArray:
-        """Lengths of shortest ways on one island between pairs of indices, `(n,)`."""
-        blocked = self.islands[number].walls.blocked(start[from_][:, [0, 2]], end[to][:, [0, 2]])
-        distance: FloatArray = np.linalg.norm(start[from_] - end[to], axis=1)
-        hidden = np.flatnonzero(blocked)
-        if len(hidden):
-            roadmap = self._roadmap(number)
-            near = _sights(roadmap, start, from_[hidden])
-            far = _sights(roadmap, end, to[hidden])
-            distance[hidden] = [
-                roadmap.through(near[i], far[j])[0]
-                for i, j in zip(from_[hidden].tolist(), to[hidden].tolist(), strict=True)
-            ]
-        return distance
-
-
-def _sights(roadmap: Roadmap, points: FloatArray, index: IntArray) -> dict[int, Sight]:
-    used = np.unique(index)
-    return dict(zip(used.tolist(), roadmap.sights(points[used]), strict=True))
-
-
-def _slide(island: Island, source: FloatArray, target: FloatArray) -> FloatArray:
-    """The point nearest to `target` that a move can reach, `(2,)`."""
-    middle, half = (source + target) / 2.0, float(np.linalg.norm(target - source)) / 2.0
-    disc = shapely.Point(*middle).buffer(half, quad_segs=32)
-    parts = shapely.get_parts(shapely.intersection(island.polygon, disc))
-    parts = [part for part in parts if part.area > 0.0]
-    if not parts:
-        return source
-    here = min(parts, key=lambda part: float(part.distance(shapely.Point(*source))))
-    line = shapely.shortest_line(here, shapely.Point(*target))
-    reached: FloatArray = shapely.get_coordinates(line)[0]
-    return reached
-
-
-def _point(point: ArrayLike) -> FloatArray:
-    array = np.asarray(point, np.float64)
-    if array.shape not in ((3,), (1, 3)):
-        raise ValueError(f"a point must be (3,), got {array.shape}")
-    return _points(array)
-
-
-def _points(points: ArrayLike) -> FloatArray:
-    array = np.asarray(points, np.float64)
-    if array.ndim not in (1, 2) or array.shape[-1] != 3:
-        raise ValueError(f"points must be (3,) or (n, 3), got {array.shape}")
-    if not np.all(np.isfinite(array)):
-        raise ValueError(f"points must be finite, got {array}")
-    return array.reshape(-1, 3)
+        """Lengths of shortest ways between pairs of snapped points, by index, `(n,)`."""
+        length = np.full(len(one), np.inf)
+        for number in np.unique(start_island).tolist():
+            pair = np.flatnonzero((start_island[one] == number) & (end_island[two] == number))
+            if len(pair):
+                length[pair] = pair_lengths(
+                    self._roadmap(number), start[:, [0, 2]], end[:, [0, 2]], one[pair], two[pair]
+                )
+        return length

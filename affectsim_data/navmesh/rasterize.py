@@ -16,8 +16,11 @@ from affectsim_data.poses import FloatArray
 
 __all__ = ["Grid", "Spans", "rasterize", "unit_normals"]
 
-MAX_COLUMNS = 1 << 24
-MAX_LEVELS = 1 << 20
+# Limits of time and memory: about 100 x 100 m at 0.05 m, and minutes of work.
+MAX_COLUMNS = 1 << 22
+MAX_LEVELS = 1 << 18
+MAX_PAIRS = 1 << 28
+MAX_TOUCHES_HELD = 1 << 21
 PAIRS_PER_CHUNK = 1 << 16
 # A face on the border of two columns belongs to the one it bounds from outside: faces are drawn
 # back against their normals by this many cells, more than float noise.
@@ -54,8 +57,9 @@ class Grid:
         if width * depth > MAX_COLUMNS or (high - low)[1] / cell_height >= MAX_LEVELS - 2:
             size = " x ".join(f"{side:.0f}" for side in high - low)
             raise ValueError(
-                f"a mesh of {size} m has more than {MAX_COLUMNS} columns of {cell_size} m; "
-                "cut it, or check that its unit is the metre"
+                f"a mesh of {size} m needs {width * depth:.3g} columns of {cell_size} m, the limit "
+                f"is {MAX_COLUMNS}; check that its unit is the metre, cut it, or use a larger "
+                "cell_size"
             )
         return cls(low, int(width), int(depth), cell_size, cell_height)
 
@@ -102,28 +106,43 @@ def rasterize(
     normal = unit_normals(vertices, faces)
     corners -= DRAWN_BACK_CELLS * normal[:, None] * [1.0, 0.0, 1.0]
     walkable = normal[:, 1] > min_normal_y
-    parts = [_touched(chunk, corners, grid) for chunk in _chunks(corners, grid)]
-    triangle, column, low, high, middle = (
-        np.concatenate(part) for part in zip(*parts, strict=True)
-    )
-    bottom = np.maximum(0, np.floor(low / grid.cell_height)).astype(np.int64)
-    top = np.maximum(bottom + 1, np.ceil(high / grid.cell_height - 1e-9).astype(np.int64))
-    walkable = walkable[triangle]
+    touches = _all_touches(corners, walkable, grid)
+    column, bottom, top = touches["column"], touches["bottom"], touches["top"]
     span_column, span_bottom, span_top = _merge(column, bottom, top)
-    span = (
-        np.searchsorted(
-            span_column * MAX_LEVELS + span_bottom,
-            column[walkable] * MAX_LEVELS + bottom[walkable],
-            side="right",
-        )
-        - 1
-    )
-    on_top = top[walkable] >= span_top[span] - max_climb
-    surface_y = span_top * grid.cell_height
-    flat = np.full(len(span_top), -np.inf)
-    np.maximum.at(flat, span[on_top], middle[walkable][on_top])
-    surface_y = np.where(np.isfinite(flat), flat, surface_y) + grid.origin[1]
-    return Spans(span_column, span_bottom, span_top, np.isfinite(flat), surface_y)
+    flat = np.flatnonzero(touches["walkable"])
+    key = span_column * MAX_LEVELS + span_bottom
+    span = np.searchsorted(key, column[flat] * MAX_LEVELS + bottom[flat], side="right") - 1
+    on_top = top[flat] >= span_top[span] - max_climb
+    highest = np.full(len(span_top), -np.inf)
+    np.maximum.at(highest, span[on_top], touches["middle"][flat][on_top])
+    stands = np.isfinite(highest)
+    surface_y = np.where(stands, highest, span_top * grid.cell_height) + grid.origin[1]
+    return Spans(span_column, span_bottom, span_top, stands, surface_y)
+
+
+def _all_touches(corners: FloatArray, walkable: BoolArray, grid: Grid) -> NDArray[np.void]:
+    """Touches of all triangles; of a dense mesh those that differ, so that memory is bounded."""
+    parts: list[NDArray[np.void]] = []
+    held, limit = 0, MAX_TOUCHES_HELD
+    for chunk in _chunks(corners, grid):
+        parts.append(_touched(chunk, corners, walkable, grid))
+        held += len(parts[-1])
+        if held > limit:
+            parts = [_distinct(np.concatenate(parts))]
+            held = len(parts[0])
+            limit = max(limit, 2 * held)
+    return np.concatenate(parts)
+
+
+def _distinct(touches: NDArray[np.void]) -> NDArray[np.void]:
+    """Touches that fill the same levels of a column become one, at the highest of their middles."""
+    levels = touches["column"] * MAX_LEVELS + touches["bottom"]
+    size = 2 * (touches["top"] - touches["bottom"]) + touches["walkable"]
+    order = np.lexsort((-touches["middle"], size, levels))
+    levels, size = levels[order], size[order]
+    first = np.ones(len(order), bool)
+    first[1:] = (levels[1:] != levels[:-1]) | (size[1:] != size[:-1])
+    return touches[order[first]]
 
 
 def _merge(
@@ -136,6 +155,11 @@ def _merge(
     first = np.concatenate([[True], start[1:] > reach[:-1]])
     last = np.concatenate([first[1:], [True]])
     return start[first] // MAX_LEVELS, start[first] % MAX_LEVELS, reach[last] % MAX_LEVELS
+
+
+_TOUCH = np.dtype(
+    [("column", "i8"), ("bottom", "i8"), ("top", "i8"), ("walkable", "i8"), ("middle", "f8")]
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -156,25 +180,47 @@ def _chunks(corners: FloatArray, grid: Grid) -> Iterator[_Chunk]:
     high = np.clip(np.floor(plan.max(axis=1)), 0, limit).astype(np.int64)
     size = high - low + 1
     count = size.prod(axis=1)
+    if count.sum() > MAX_PAIRS:
+        raise ValueError(
+            f"{len(corners)} triangles lie over {count.sum():.3g} columns of {grid.cell_size} m, "
+            f"the limit is {MAX_PAIRS}; decimate the mesh, or use a larger cell_size"
+        )
     single = np.flatnonzero(count == 1)
-    yield _Chunk(single, low[single], size[single])
-    many = np.flatnonzero(count > 1)
-    group = np.cumsum(count[many]) // PAIRS_PER_CHUNK
-    for part in np.split(many, np.flatnonzero(np.diff(group)) + 1):
+    for first in range(0, len(single), PAIRS_PER_CHUNK):
+        part = single[first : first + PAIRS_PER_CHUNK]
         yield _Chunk(part, low[part], size[part])
+    many = np.flatnonzero(count > 1)
+    triangle, band_low, band_size = _bands(many, low[many], size[many])
+    group = np.cumsum(band_size.prod(axis=1)) // PAIRS_PER_CHUNK
+    for part in np.split(np.arange(len(triangle)), np.flatnonzero(np.diff(group)) + 1):
+        yield _Chunk(triangle[part], band_low[part], band_size[part])
+
+
+def _bands(
+    triangle: IntArray, low: IntArray, size: IntArray
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Cuts blocks of columns into bands of rows, so that none is larger than a chunk."""
+    rows = np.maximum(PAIRS_PER_CHUNK // size[:, 0], 1)
+    count = -(-size[:, 1] // rows)
+    block = np.repeat(np.arange(len(triangle)), count)
+    skipped = (np.arange(len(block)) - (np.cumsum(count) - count)[block]) * rows[block]
+    band_low, band_size = low[block], size[block]
+    band_low[:, 1] += skipped
+    band_size[:, 1] = np.minimum(rows[block], size[block, 1] - skipped)
+    return triangle[block], band_low, band_size
 
 
 def _touched(
-    chunk: _Chunk, corners: FloatArray, grid: Grid
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]:
-    """Triangle, column, lowest, highest and middle height of every touch in a chunk."""
+    chunk: _Chunk, corners: FloatArray, walkable: BoolArray, grid: Grid
+) -> NDArray[np.void]:
+    """What the triangles of a chunk fill: column, first level, one above the last, and height."""
     count = chunk.size.prod(axis=1)
     member = np.repeat(np.arange(len(count)), count)
     offset = np.arange(len(member)) - np.repeat(np.cumsum(count) - count, count)
     row, step = np.divmod(offset, chunk.size[member, 0])
     x, z = chunk.low[member, 0] + step, chunk.low[member, 1] + row
     triangle = corners[chunk.triangle]
-    if len(member) == len(count):
+    if np.all(count == 1):
         low, high = triangle[:, :, 1].min(axis=1), triangle[:, :, 1].max(axis=1)
     else:
         low, high = _height_range(triangle, member, x.astype(np.float64), z.astype(np.float64))
@@ -184,10 +230,16 @@ def _touched(
         + slope_x[member] * (x + 0.5 - triangle[member, 0, 0])
         + slope_z[member] * (z + 0.5 - triangle[member, 0, 2])
     )
-    hit = low <= high
-    index = chunk.triangle[member[hit]]
-    middle = np.clip(middle[hit], low[hit], high[hit])
-    return index, (z * grid.width + x)[hit], low[hit], high[hit], middle
+    hit = np.flatnonzero(low <= high)
+    low, high = low[hit], high[hit]
+    touches = np.empty(len(hit), _TOUCH)
+    touches["column"] = z[hit] * grid.width + x[hit]
+    bottom = np.maximum(0, np.floor(low / grid.cell_height)).astype(np.int64)
+    touches["bottom"] = bottom
+    touches["top"] = np.maximum(bottom + 1, np.ceil(high / grid.cell_height - 1e-9))
+    touches["walkable"] = walkable[chunk.triangle[member[hit]]]
+    touches["middle"] = np.minimum(np.maximum(middle[hit], low), high)
+    return touches
 
 
 def _planes(triangle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -211,21 +263,22 @@ def _height_range(
     """
     low, high = np.full(len(member), np.inf), np.full(len(member), -np.inf)
     slope_x, slope_z, area = _planes(triangle)
-    sides = []
+    sign, sides = np.sign(area), []
     for corner in range(3):
         a, b = triangle[:, corner], triangle[:, (corner + 1) % 3]
-        ax, ay, az = a.T[:, member]
-        dx, dy, dz = (b - a).T[:, member]
-        enter_x, leave_x = _slab(ax, dx, x)
-        enter_z, leave_z = _slab(az, dz, z)
+        (ax, ay, az), (dx, dy, dz) = a.T, (b - a).T
+        enter_x, leave_x = _slab(ax, dx, x, member)
+        enter_z, leave_z = _slab(az, dz, z, member)
         enter = np.maximum(np.maximum(enter_x, enter_z), 0.0)
         leave = np.minimum(np.minimum(leave_x, leave_z), 1.0)
         inside = enter <= leave
-        ends = (ay + enter * dy, ay + leave * dy)
+        start, change = ay[member], dy[member]
+        ends = (start + enter * change, start + leave * change)
         low = np.where(inside, np.minimum(low, np.minimum(*ends)), low)
         high = np.where(inside, np.maximum(high, np.maximum(*ends)), high)
-        sign = np.sign(area)[member]
-        sides.append((sign * (dx * (z - az) - dz * (x - ax)), -sign * dz, sign * dx))
+        along_x, along_z = (-sign * dz)[member], (sign * dx)[member]
+        base = (sign * (az * -dx + ax * dz))[member]
+        sides.append((base + along_x * x + along_z * z, along_x, along_z))
     upright = (area == 0.0)[member]
     base = (
         triangle[member, 0, 1]
@@ -242,9 +295,15 @@ def _height_range(
     return low, high
 
 
-def _slab(start: FloatArray, change: FloatArray, cell: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where a line enters and leaves `[cell, cell + 1]`, as shares of `change`."""
+def _slab(
+    start: FloatArray, change: FloatArray, cell: FloatArray, member: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where lines enter and leave `[cell, cell + 1]`, as shares of `change`.
+
+    `member` says which line each cell is cut with.
+    """
     inverse = 1.0 / np.where(np.abs(change) < 1e-12, 1e-12, change)
-    near = (cell - start) * inverse
-    far = (cell + 1.0 - start) * inverse
+    inverse = inverse[member]
+    near = (cell - start[member]) * inverse
+    far = near + inverse
     return np.minimum(near, far), np.maximum(near, far)

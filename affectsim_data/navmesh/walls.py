@@ -1,4 +1,4 @@
-"""Straight lines against walls: what sees what on an island, and where a move is stopped.
+"""Straight lines against the walls of an island: what they block, and where they stop a move.
 
 All tests use signed areas of the stored corners, so that two edges agree on which side of a line
 their common corner lies. A line that only touches a corner may count as blocked: the way over that
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -16,24 +17,45 @@ from scipy.spatial import KDTree
 from affectsim_data.navmesh.rasterize import BoolArray, IntArray
 from affectsim_data.poses import FloatArray
 
-__all__ = ["ON_WALL_M", "Walls"]
+__all__ = ["ON_WALL_M", "Columns", "Walls"]
 
 # Closer than this a point lies on the wall, metres; far above float64 noise, far below a cell.
 ON_WALL_M = 1e-7
 # Slack of the side of a corner's neighbours where a way bends around it; metres.
 TANGENT_M = 1e-9
-TURN = 2.0 * np.pi
-# Spacing of sort keys that put one source's angles, which lie in [-pi, 3 pi], after another's.
-KEY_STRIDE = 16.0
-# Angles an edge covers are widened by this before the exact test; radians.
-ANGLE_SLACK = 1e-5
 PAIRS_PER_CHUNK = 1 << 19
+
+PlanPoint = tuple[float, float] | FloatArray
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Signed area between plan vectors, `(..., 2)`; positive if `b` is left of `a`."""
     area: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     return area
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Columns:
+    """Edges from `a` to `b`, one array per coordinate: fast against a single point."""
+
+    ax: FloatArray
+    az: FloatArray
+    bx: FloatArray
+    bz: FloatArray
+    dx: FloatArray
+    dz: FloatArray
+    length: FloatArray
+    """Metres, `(num_edges,)` like all."""
+    slack: FloatArray
+    """Signed areas this small count as on the edge's line."""
+    start_reach: FloatArray
+    """How far an edge reaches beyond its start; metres off the line of sight."""
+    end_reach: FloatArray
+    """How far beyond its end; negative."""
+
+    def taken(self, edge: IntArray) -> Columns:
+        """Some of the edges."""
+        return Columns(*(getattr(self, field.name)[edge] for field in dataclasses.fields(self)))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -75,6 +97,20 @@ class Walls:
     def _corner_tree(self) -> KDTree:
         return KDTree(self.start)
 
+    @functools.cached_property
+    def columns(self) -> Columns:
+        """Its edges as one array per coordinate."""
+        start, end = np.ascontiguousarray(self.start.T), np.ascontiguousarray(self.end.T)
+        along = end - start
+        follows = self.is_reflex[self.following]
+        return Columns(
+            *(start[0], start[1], end[0], end[1], along[0], along[1]),
+            length=self.length,
+            slack=ON_WALL_M * self.length,
+            start_reach=np.where(self.is_reflex, 0.0, 2.0 * ON_WALL_M),
+            end_reach=np.where(follows, 0.0, -2.0 * ON_WALL_M),
+        )
+
     def project(self, plan: FloatArray, edge: IntArray) -> FloatArray:
         """Point of one edge each nearest to `(x, z)`, `(n, 2)`."""
         a, b = self.start[edge], self.end[edge]
@@ -84,6 +120,17 @@ class Walls:
         projected: FloatArray = (1.0 - share) * a + share * b
         return projected
 
+    def nearest(self, x: float, z: float) -> tuple[float, float, float]:
+        """The point `(x, z)` of the walls nearest to a point, and its distance, metres."""
+        w = self.columns
+        share = ((x - w.ax) * w.dx + (z - w.az) * w.dz) / (w.length * w.length)
+        share = np.minimum(np.maximum(share, 0.0), 1.0)
+        rest = 1.0 - share
+        to_x, to_z = rest * w.ax + share * w.bx, rest * w.az + share * w.bz
+        distance2 = (to_x - x) ** 2 + (to_z - z) ** 2
+        edge = int(np.argmin(distance2))
+        return float(to_x[edge]), float(to_z[edge]), math.sqrt(float(distance2[edge]))
+
     def tangent(self, sources: FloatArray) -> BoolArray:
         """Whether a shortest way from `sources`, `(n, 2)`, can bend at reflex corners, `(n, m)`.
 
@@ -91,12 +138,22 @@ class Walls:
         """
         corner = self.start[self.reflex]
         line = corner - sources[:, None]
-        slack = TANGENT_M * np.linalg.norm(line, axis=-1)
-        before = cross(line, self.start[self.previous[self.reflex]] - corner)
-        after = cross(line, self.end[self.reflex] - corner)
-        tangent: BoolArray = (np.minimum(before, after) >= -slack) | (
-            np.maximum(before, after) <= slack
-        )
+        return self.bends(np.arange(len(self.reflex)), line)
+
+    def bends(self, reflex: IntArray, line: FloatArray) -> BoolArray:
+        """Whether a shortest way along `line`, `(..., n, 2)`, can bend at reflex corners, `(n,)`.
+
+        Args:
+            reflex: Which of the reflex corners, `(n,)`.
+            line: Along the way, from or to the corner.
+        """
+        w, corner = self.columns, self.reflex[reflex]
+        before = self.previous[corner]
+        x, z = line[..., 0], line[..., 1]
+        slack = TANGENT_M * np.hypot(x, z)
+        into = z * w.dx[before] - x * w.dz[before]
+        out = x * w.dz[corner] - z * w.dx[corner]
+        tangent: BoolArray = (np.minimum(into, out) >= -slack) | (np.maximum(into, out) <= slack)
         return tangent
 
     def corner_at(self, plan: FloatArray) -> IntArray:
@@ -114,108 +171,92 @@ class Walls:
         freely: BoolArray = np.where(self.is_reflex[corner], left | right, left & right)
         return freely
 
-    def blocked(self, sources: FloatArray, targets: FloatArray) -> BoolArray:
+    def blocked(
+        self, sources: FloatArray, targets: FloatArray, corner: IntArray | None = None
+    ) -> BoolArray:
         """Whether a wall lies between points `(x, z)`, `(n, 2)` each, `(n,)`.
 
-        The sources are on the island; a target off the island is blocked.
+        Args:
+            sources: On the island.
+            targets: Anywhere; one off the island is blocked.
+            corner: As `corner_at` of the sources, where it is known.
         """
-        corner = self.corner_at(sources)
+        corner = self.corner_at(sources) if corner is None else corner
         blocked = (corner >= 0) & ~self.leaves_freely(corner, targets - sources)
         rows = max(1, PAIRS_PER_CHUNK // len(self.start))
         for low in range(0, len(sources), rows):
             part = slice(low, low + rows)
-            stops = self._stops(sources[part, None], targets[part, None], slice(None))
-            self._clear_own_walls(stops, corner[part])
+            # Copies, because steps over interleaved coordinates are slow.
+            start, end = (np.ascontiguousarray(p[part].T) for p in (sources, targets))
+            stops = self.stops(start[..., None], end[..., None])
+            self.clear_own_walls(stops, corner[part])
             blocked[part] |= np.any(stops, axis=1)
         return blocked
 
-    def _clear_own_walls(self, table: BoolArray, corner: IntArray) -> None:
+    def clear_own_walls(self, table: BoolArray, corner: IntArray) -> None:
         """Clears the walls that meet at the source of each row, `(n, num_edges)`, in place."""
         row = np.flatnonzero(corner >= 0)
         table[row, corner[row]] = False
         table[row, self.previous[corner[row]]] = False
 
-    def _stops(self, source: FloatArray, target: FloatArray, edge: IntArray | slice) -> BoolArray:
-        """Whether edges stop a way that starts on their free side and ends behind them."""
-        a, b, length = self.start[edge], self.end[edge], self.length[edge]
-        along, way = b - a, target - source
-        leaves = (cross(along, source - a) > -ON_WALL_M * length) & (
-            cross(along, target - a) < -ON_WALL_M * length
-        )
-        # In a corner that does not stick out there is no way past an edge's end, so there edges
-        # reach a little further: nothing slips out where a line of sight meets the very corner.
-        reach = 2.0 * ON_WALL_M * np.linalg.norm(way, axis=-1)
-        end_is_reflex = self.is_reflex[self.following[edge]]
-        to_start, to_end = cross(way, a - source), cross(way, b - source)
-        crosses = (to_start < np.where(self.is_reflex[edge], 0.0, reach)) & (
-            to_end >= np.where(end_is_reflex, 0.0, -reach)
-        )
-        stops: BoolArray = crosses & leaves
-        return stops
-
-    def visible_corners(self, sources: FloatArray, wanted: BoolArray) -> BoolArray:
-        """Which wanted reflex corners are in sight, `(n, num_reflex)`.
+    def stops(
+        self, source: PlanPoint, target: PlanPoint, edge: IntArray | None = None
+    ) -> BoolArray:
+        """Whether edges stop a way that starts on their free side and ends behind them.
 
         Args:
-            sources: Points of the island, `(n, 2)`.
-            wanted: Corners to look at, from `tangent`, `(n, num_reflex)`.
+            source: x and z, numbers or arrays, broadcast against the edges.
+            target: Alike.
+            edge: Which edges; all of them if not given.
         """
-        visible = np.zeros_like(wanted)
-        corner = self.corner_at(sources)
-        rows = max(1, PAIRS_PER_CHUNK // len(self.start))
-        for low in range(0, len(sources), rows):
-            part = slice(low, low + rows)
-            visible[part] = self._visible(sources[part], wanted[part], corner[part])
-        return visible
+        w = self.columns if edge is None else self.columns.taken(edge)
+        (x, z), (to_x, to_z) = source, target
+        way_x, way_z = to_x - x, to_z - z
+        # In a corner that does not stick out there is no way past an edge's end, so there edges
+        # reach a little further: nothing slips out where a line of sight meets the very corner.
+        reach = np.hypot(way_x, way_z)
+        stops: BoolArray = way_x * (w.az - z) - way_z * (w.ax - x) < w.start_reach * reach
+        stops &= way_x * (w.bz - z) - way_z * (w.bx - x) >= w.end_reach * reach
+        stops &= w.dx * (z - w.az) - w.dz * (x - w.ax) > -w.slack
+        stops &= w.dx * (to_z - w.az) - w.dz * (to_x - w.ax) < -w.slack
+        return stops
 
-    def _visible(
-        self, sources: FloatArray, wanted: BoolArray, source_corner: IntArray
-    ) -> BoolArray:
-        """Compares each edge only with the targets in the angle it covers."""
-        row, column = np.nonzero(wanted)
-        target = self.start[self.reflex[column]]
-        way = target - sources[row]
-        key = KEY_STRIDE * row + np.arctan2(way[:, 1], way[:, 0])
-        order = np.argsort(np.concatenate([key, key + TURN]))
-        keys = np.concatenate([key, key + TURN])[order]
-        order %= max(len(key), 1)
-        source, edge, low, high = self._facing(sources, source_corner)
-        first = np.searchsorted(keys, KEY_STRIDE * source + low - ANGLE_SLACK)
-        count = np.searchsorted(keys, KEY_STRIDE * source + high + ANGLE_SLACK) - first
-        pair = np.repeat(np.arange(len(edge)), count)
-        offset = np.arange(len(pair)) - np.repeat(np.cumsum(count) - count, count)
-        candidate = order[first[pair] + offset]
-        stops = self._stops(sources[source[pair]], target[candidate], edge[pair])
-        hidden = (source_corner[row] >= 0) & ~self.leaves_freely(source_corner[row], way)
-        hidden[candidate[stops]] = True
-        visible = np.zeros_like(wanted)
-        visible[row[~hidden], column[~hidden]] = True
-        return visible
+    def first_hit(self, x: float, z: float, to_x: float, to_z: float) -> float:
+        """Share of the way from `(x, z)` on the island to another point before a wall."""
+        edge = self._hits(x, z, to_x, to_z)
+        if edge is None:
+            return 0.0
+        if not len(edge):
+            return 1.0
+        w = self.columns
+        here = w.dx[edge] * (z - w.az[edge]) - w.dz[edge] * (x - w.ax[edge])
+        there = w.dx[edge] * (to_z - w.az[edge]) - w.dz[edge] * (to_x - w.ax[edge])
+        share = here / np.where(here > there, here - there, 1.0)
+        return min(max(float(share.min()), 0.0), 1.0)
 
-    def _facing(
-        self, sources: FloatArray, source_corner: IntArray
-    ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-        """Source, edge, and the range of angles of every edge whose free side a source sees."""
-        to_start = self.start - sources[:, None]
-        to_end = to_start[:, self.following]
-        facing = cross(to_start, to_end) > -ON_WALL_M * self.length
-        self._clear_own_walls(facing, source_corner)
-        angle = np.arctan2(to_start[..., 1], to_start[..., 0])
-        width = np.mod(angle[:, self.following] - angle, TURN)
-        # Seen edge on, from its own line beyond an end, noise can turn 0 into a full turn.
-        source, edge = np.nonzero(facing & (width < 0.75 * TURN))
-        low = angle[source, edge]
-        return source, edge, low, low + width[source, edge]
+    def blocks(
+        self, x: float, z: float, to_x: float, to_z: float, edge: IntArray | None = None
+    ) -> bool:
+        """`blocked` for one way, by some edges or by all."""
+        hits = self._hits(x, z, to_x, to_z, edge)
+        return hits is None or len(hits) > 0
 
-    def first_hit(self, source: FloatArray, target: FloatArray) -> float:
-        """Share of the way from `source` on the island to `target`, `(2,)`, before a wall."""
-        along = self.end - self.start
-        here, there = cross(along, source - self.start), cross(along, target - self.start)
-        share = np.clip(here / np.where(here > there, here - there, 1.0), 0.0, 1.0)
-        hit = self._stops(source, target, slice(None))
-        corner = self.corner_at(source[None])
-        if corner[0] >= 0:
-            if not self.leaves_freely(corner, target - source)[0]:
-                return 0.0
-            self._clear_own_walls(hit[None], corner)
-        return float(np.min(share[hit], initial=1.0))
+    def _hits(
+        self, x: float, z: float, to_x: float, to_z: float, edge: IntArray | None = None
+    ) -> IntArray | None:
+        """Edges that stop a way; `None` if it leaves the corner it starts from into a wall."""
+        hit = np.flatnonzero(self.stops((x, z), (to_x, to_z), edge))
+        hit = hit if edge is None else edge[hit]
+        corner = self.corner_here(x, z)
+        if corner >= 0:
+            if not self.leaves_freely(np.array([corner]), np.array([[to_x - x, to_z - z]]))[0]:
+                return None
+            hit = hit[(hit != corner) & (hit != self.previous[corner])]
+        return hit
+
+    def corner_here(self, x: float, z: float) -> int:
+        """Corner the point `(x, z)` lies on, -1 for none."""
+        w = self.columns
+        distance2 = (w.ax - x) ** 2 + (w.az - z) ** 2
+        corner = int(np.argmin(distance2))
+        return corner if distance2[corner] <= ON_WALL_M**2 else -1

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from affectsim_data.avatars import AvatarMesh
 from affectsim_data.poses import FloatArray
 from affectsim_data.render.framing import joint_boxes, visible_boxes
+from affectsim_data.render.portals import Portals
 from affectsim_data.scenes import Chunks, Scene, Surface
 from affectsim_data.scenes.chunks import chunk_surfaces
 
@@ -48,9 +49,12 @@ class SceneBuffers:
         """
         surfaces, chunks = scene.surfaces, scene.chunks
         if chunks is None:
-            surfaces, chunks = chunk_surfaces(surfaces)
+            surfaces, chunks = chunk_surfaces(surfaces, scene.rooms)
         self._textures = [_upload_texture(context, surface) for surface in surfaces]
         vertices, faces, self._ranges = _merged(surfaces, chunks)
+        self.portals = Portals(scene)
+        """Which rooms can be seen from where."""
+        self._room = chunks.room
         self._low, self._high = chunks.low, chunks.high
         self._solid_low, self._solid_high = chunks.solid_low, chunks.solid_high
         self._vertices = context.buffer(vertices.tobytes())
@@ -67,8 +71,16 @@ class SceneBuffers:
         # A mipmap chain is a third more; a texel takes four bytes on every driver seen.
         self.num_bytes = vertices.nbytes + faces.nbytes + texels * 16 // 3
 
-    def draw(self, clip_from_world: FloatArray, eye: FloatArray) -> None:
-        """Draws what one camera may see into the bound framebuffer."""
+    def draw(
+        self, clip_from_world: FloatArray, eye: FloatArray, windows: FloatArray | None
+    ) -> None:
+        """Draws what one camera may see into the bound framebuffer.
+
+        Args:
+            clip_from_world: Clip matrix.
+            eye: Where the camera is.
+            windows: Where in the image each room can be seen, see `Portals.windows`.
+        """
         matrix = clip_from_world.T.astype("<f4").tobytes()
         for uniform in self._programs:
             uniform.write(matrix)
@@ -77,7 +89,8 @@ class SceneBuffers:
         )
         cull: list[bool] = np.any(outside, axis=1).tolist()
         bound, culling = None, False
-        for chunk in visible_boxes(self._low, self._high, clip_from_world, eye).tolist():
+        boxes = None if windows is None else windows[self._room]
+        for chunk in visible_boxes(self._low, self._high, clip_from_world, eye, boxes).tolist():
             surface, first, count = self._ranges[chunk]
             if cull[chunk] != culling:
                 culling = cull[chunk]

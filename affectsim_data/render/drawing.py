@@ -35,6 +35,7 @@ __all__ = [
     "draw_people",
     "draw_scene",
     "open_device",
+    "room_windows",
     "union_rectangles",
     "upload_person",
 ]
@@ -121,7 +122,7 @@ def draw_background(targets: Targets, clip: DrawnClip) -> Background:
     tile = targets.new_tile()
     targets.open_strip(width, height)
     targets.begin(tile)
-    draw_scene(clip, 0)
+    draw_scene(clip, 0, room_windows(clip, slice(0, 1))[0])
     targets.resolve(tile, (0, 0, width, height), row=0)
     rgb, depth = np.empty((1, height, width, 3), np.uint8), np.empty((1, height, width), np.float32)
     targets.read(rgb, depth, None)
@@ -155,10 +156,17 @@ def upload_person(device: Device, clip: DrawnClip, place: int) -> DrawnPerson:
     )
 
 
-def draw_scene(clip: DrawnClip, frame: int) -> None:
-    """Draws the static scene of a frame on the bound tile."""
+def draw_scene(clip: DrawnClip, frame: int, windows: FloatArray | None) -> None:
+    """Draws the static scene of a frame on the bound tile; for `windows` see `room_windows`."""
     clip_from_world = clip.clip_from_view @ clip.view_from_world[frame]
-    clip.scene.draw(clip_from_world, clip.spec.trajectory.T_world_camera[frame, :3, 3])
+    clip.scene.draw(clip_from_world, clip.spec.trajectory.T_world_camera[frame, :3, 3], windows)
+
+
+def room_windows(clip: DrawnClip, frames: slice) -> list[FloatArray | None]:
+    """Where in the image of each frame each room can be seen, see `Portals.windows`."""
+    clip_from_world = clip.clip_from_view @ clip.view_from_world[frames]
+    eyes = clip.spec.trajectory.T_world_camera[frames, :3, 3]
+    return clip.scene.portals.windows(clip_from_world, eyes)
 
 
 def draw_people(device: Device, clip: DrawnClip, frame: int) -> None:

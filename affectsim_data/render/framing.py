@@ -97,14 +97,43 @@ def screen_rectangles(
 
 
 def visible_boxes(
-    low: FloatArray, high: FloatArray, clip_from_world: FloatArray, eye: FloatArray
+    low: FloatArray,
+    high: FloatArray,
+    clip_from_world: FloatArray,
+    eye: FloatArray,
+    windows: FloatArray | None = None,
 ) -> NDArray[np.int64]:
-    """Indices of the boxes `(n, 3)` that may be in view of one camera, nearest first."""
+    """Indices of the boxes `(n, 3)` that may be in view of one camera, nearest first.
+
+    Args:
+        low: Low corners, metres.
+        high: High corners.
+        clip_from_world: Clip matrix.
+        eye: Where the camera is.
+        windows: What part of the image each box can be seen in: least x and y, greatest x and y in
+            normalised device coordinates, `(n, 4)`; `None` is all of it.
+    """
     centre, half = (low + high) / 2.0, (high - low) / 2.0
-    w = clip_from_world[3]
-    planes = np.concatenate([w + clip_from_world[:3], w - clip_from_world[:3]])
+    x, y, z, w = clip_from_world
+    planes = np.stack([w + x, w + y, w - x, w - y, w + z, w - z])
     reach = centre @ planes[:, :3].T + half @ np.abs(planes[:, :3]).T + planes[:, 3]
     inside = np.flatnonzero((reach >= 0.0).all(axis=1))
+    if windows is not None:
+        inside = inside[_in_windows(centre[inside], half[inside], clip_from_world, windows[inside])]
     outside = np.maximum(np.maximum(low[inside] - eye, eye - high[inside]), 0.0)
     distance = np.einsum("ij,ij->i", outside, outside)
     return inside[np.argsort(distance, kind="stable")]
+
+
+def _in_windows(
+    centre: FloatArray, half: FloatArray, clip_from_world: FloatArray, windows: FloatArray
+) -> NDArray[np.bool_]:
+    """Which boxes may be seen in a window each: the four sides of each frustum are planes."""
+    xy, w = clip_from_world[[0, 1, 0, 1]], clip_from_world[3]
+    sign = np.array([1.0, 1.0, -1.0, -1.0])
+    # x >= least w, y >= least w, x <= greatest w, y <= greatest w.
+    planes = (xy - windows[..., None] * w) * sign[:, None]
+    reach = np.einsum("npk,nk->np", planes[..., :3], centre) + planes[..., 3]
+    reach += np.einsum("npk,nk->np", np.abs(planes[..., :3]), half)
+    whole: NDArray[np.bool_] = (reach >= 0.0).all(axis=1)
+    return whole & (windows[:, 0] < windows[:, 2])

@@ -17,6 +17,7 @@ from affectsim_data.render.drawing import (
     draw_people,
     draw_scene,
     open_device,
+    room_windows,
     union_rectangles,
     upload_person,
 )
@@ -194,13 +195,16 @@ class EglRenderer:
         whole = (0, 0, width, height)
         for start in range(0, num_frames, batch):
             frames = range(start, min(start + batch, num_frames))
-            targets.open_strip(width, len(frames) * height)
-            for row, frame in enumerate(frames):
-                targets.begin(targets.work)
-                draw_scene(clip, frame)
-                draw_people(device, clip, frame)
-                targets.resolve(targets.work, whole, row=row * height)
             chosen = slice(frames.start, frames.stop)
+            windows = room_windows(clip, chosen)
+            targets.open_strip(width, len(frames) * height)
+            for group in targets.groups(frames):
+                for tile, frame in group:
+                    targets.begin(tile)
+                    draw_scene(clip, frame, windows[frame - start])
+                    draw_people(device, clip, frame)
+                for tile, frame in group:
+                    targets.resolve(tile, whole, row=(frame - start) * height)
             ids = None if clip.instances is None else clip.instances[chosen]
             targets.read(clip.rgb[chosen], clip.depth[chosen], ids)
 
@@ -230,12 +234,15 @@ class EglRenderer:
         for start in range(0, len(rectangles), batch):
             frames = range(start, min(start + batch, len(rectangles)))
             targets.open_strip(tile_width, len(frames) * tile_height)
-            for row, frame in enumerate(frames):
-                if rectangles[frame, 2]:
-                    rectangle = as_rectangle(rectangles[frame])
-                    targets.restore(background, rectangle)
+            for group in targets.groups([frame for frame in frames if rectangles[frame, 2]]):
+                for tile, frame in group:
+                    targets.restore(background, tile, as_rectangle(rectangles[frame]))
+                for tile, frame in group:
+                    tile.use()
                     draw_people(device, clip, frame)
-                    targets.resolve(targets.work, rectangle, row=row * tile_height)
+                for tile, frame in group:
+                    row = (frame - start) * tile_height
+                    targets.resolve(tile, as_rectangle(rectangles[frame]), row=row)
             shape = (len(frames), tile_height, tile_width)
             rgb, depth = np.empty((*shape, 3), np.uint8), np.empty(shape, np.float32)
             ids = None if clip.instances is None else np.empty(shape, np.uint8)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import math
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,8 @@ __all__ = [
 ]
 
 MAX_STRIP_BYTES = 48 * 2**20
+MAX_TILE_BYTES, MAX_TILES = 40 * 2**20, 16
+"""Bounds on all tiles together; there is at least one."""
 _BYTES_PER_PIXEL = 8
 _READ, _DRAW = 0x8CA8, 0x8CA9
 _COLOR_AND_DEPTH, _NEAREST = 0x4100, 0x2600
@@ -51,6 +55,10 @@ class Targets:
     Every frame is drawn at the same place, a tile, and resolved from there to its place in a
     vertical strip. (Drawn at its place in an atlas, a frame would be snapped to the sub-pixel
     grid by numbers of another magnitude, and its pixels would depend on its neighbours.)
+
+    There are several tiles, because to read a tile is to wait until it is drawn: frames are drawn
+    a group at a time, one on each tile, before the first of them is resolved. A software device
+    then works on the vertices of one frame while its threads fill the pixels of those before.
     """
 
     def __init__(self, context: Any, load: Any, resolve: Any, camera: Camera) -> None:
@@ -70,7 +78,9 @@ class Targets:
                 f"draws up to {(self._max_height - 1) // 2} pixels a side"
             )
         self._context = context
-        self.work = _tile(context, self.size)
+        samples = math.prod(_num_samples(self.size))
+        num_tiles = min(MAX_TILES, MAX_TILE_BYTES // (_BYTES_PER_PIXEL * samples))
+        self._tiles = [_tile(context, self.size) for _ in range(max(num_tiles, 1))]
         self._resolve = resolve
         self._triangle = context.vertex_array(resolve, [])
         self._strip: Any = None
@@ -85,6 +95,11 @@ class Targets:
         by_memory = MAX_STRIP_BYTES // (width * height * _BYTES_PER_PIXEL)
         return max(1, min(by_memory, self._max_height // height))
 
+    def groups(self, frames: Sequence[int]) -> Iterator[list[tuple[Any, int]]]:
+        """Frames in groups, each frame with a tile of its own."""
+        for start in range(0, len(frames), len(self._tiles)):
+            yield list(zip(self._tiles, frames[start:], strict=False))
+
     def begin(self, tile: Any) -> None:
         """Binds a tile and clears it: background colour, instance 0, nothing hit."""
         tile.use()
@@ -95,14 +110,13 @@ class Targets:
         """A framebuffer for one frame's samples; freed by `release_framebuffer`."""
         return _tile(self._context, self.size)
 
-    def restore(self, background: Any, rectangle: Rectangle) -> None:
-        """Copies a background, sample by sample, to the work tile and binds that."""
+    def restore(self, background: Any, tile: Any, rectangle: Rectangle) -> None:
+        """Copies a rectangle of a background, sample by sample, to a tile."""
         self._bind(_READ, background.glo)
-        self._bind(_DRAW, self.work.glo)
+        self._bind(_DRAW, tile.glo)
         u0, v0, u1, v1 = rectangle
         corners = (2 * u0, 2 * v0, 2 * u1 + 1, 2 * v1 + 1)
         self._blit(*corners, *corners, _COLOR_AND_DEPTH, _NEAREST)
-        self.work.use()
 
     def resolve(self, tile: Any, rectangle: Rectangle, *, row: int) -> None:
         """Resolves a rectangle of a tile into the strip, from `row` on."""
@@ -137,17 +151,17 @@ class Targets:
         viewport = (0, 0, width, num_frames * height)
         strip = self._strip
         strip.read_into(depth, viewport, components=1, attachment=1, dtype="f4")
-        if ids is None:
-            strip.read_into(rgb, viewport, components=3)
-            return
-        rgba = np.empty((num_frames, height, width, 4), np.uint8)
-        strip.read_into(rgba, viewport, components=4)
-        rgb[...], ids[...] = rgba[..., :3], rgba[..., 3]
+        strip.read_into(rgb, viewport, components=3)
+        if ids is not None:
+            # Twice, because a driver takes three channels out of four faster than NumPy does.
+            rgba = np.empty((num_frames, height, width, 4), np.uint8)
+            strip.read_into(rgba, viewport, components=4)
+            ids[...] = rgba[..., 3]
 
     def release(self) -> None:
         """Frees the device memory."""
         self._triangle.release()
-        for framebuffer in (self.work, self._strip):
+        for framebuffer in (*self._tiles, self._strip):
             if framebuffer is not None:
                 release_framebuffer(framebuffer)
 

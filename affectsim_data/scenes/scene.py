@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affectsim_data.poses import FloatArray
-from affectsim_data.scenes.chunks import Chunks
+from affectsim_data.scenes.chunks import Chunks, check_chunks
 from affectsim_data.scenes.semantics import Door, Doorway, Room, SceneObject, Seat
 from affectsim_data.scenes.surfaces import Surface
 
@@ -50,6 +50,11 @@ class Scene:
         names = [surface.name for surface in self.surfaces]
         if len(set(names)) != len(names):
             raise ValueError(f"scene {self.scene_id!r}: surface names repeat: {names}")
+        if self.chunks is not None:
+            try:
+                check_chunks(self.chunks, self.surfaces, len(self.rooms))
+            except ValueError as error:
+                raise ValueError(f"scene {self.scene_id!r}: {error}") from error
 
     @property
     def num_triangles(self) -> int:

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from affectsim_data.poses import FloatArray
 
-__all__ = ["closed_solids"]
+__all__ = ["closed_solids", "weld_places"]
 
 WELD_M = 1e-4
 """Corners this close are one: flat shading repeats them with other normals."""
@@ -33,7 +31,10 @@ def closed_solids(
         A mask `(num_faces,)`, and for every face the low and high corner of what it is connected
         to, `(num_faces, 2, 3)`.
     """
-    welded = _weld(positions)
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    welded = weld_places(positions)
     corners = welded[faces]
     count = int(welded.max()) + 1
     ends = np.roll(corners, -1, axis=1)
@@ -41,11 +42,12 @@ def closed_solids(
     num_solids, labels = connected_components(links, directed=False)
     solid = labels[corners[:, 0]]
     # Closed: every edge is gone along once in either direction.
-    edges, reverse = corners * count + ends, ends * count + corners
-    unique, uses = np.unique(edges, return_counts=True)
-    place = np.searchsorted(unique, reverse).clip(max=len(unique) - 1)
-    once = uses[np.searchsorted(unique, edges)] == 1
-    matched = (unique[place] == reverse) & once & (corners != ends)
+    forward = corners < ends
+    edges = np.where(forward, corners * count + ends, ends * count + corners).reshape(-1)
+    _, edge, uses = np.unique(edges, return_inverse=True, return_counts=True)
+    turns = np.bincount(edge, weights=np.where(forward, 1.0, -1.0).reshape(-1))
+    paired = (uses == 2) & (turns == 0.0)
+    matched = paired[edge].reshape(corners.shape) & (corners != ends)
     open_faces = np.bincount(solid, weights=~matched.all(axis=1), minlength=num_solids)
     a, b, c = (positions[faces[:, i]] for i in range(3))
     volumes = np.bincount(
@@ -55,7 +57,7 @@ def closed_solids(
     return closed[solid], _boxes(positions, labels[welded], num_solids)[solid]
 
 
-def _weld(positions: FloatArray) -> NDArray[np.int64]:
+def weld_places(positions: FloatArray) -> NDArray[np.int64]:
     """One number per place, `(num_vertices,)`."""
     cells = np.round(positions / WELD_M).astype(np.int64)
     if len(cells) and np.abs(cells).max() >= _REACH:

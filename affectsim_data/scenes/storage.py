@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 from typing import Any
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from affectsim_data.glb import GlbBuilder, GlbFile
-from affectsim_data.scenes.chunks import Chunks
+from affectsim_data.scenes.chunk_tables import chunks_from_glb, chunks_to_glb
 from affectsim_data.scenes.scene import Scene
 from affectsim_data.scenes.semantics import Door, Doorway, Room, SceneObject, Seat
 from affectsim_data.scenes.surfaces import Surface
@@ -19,14 +18,21 @@ from affectsim_data.scenes.surfaces import Surface
 __all__ = ["scene_from_glb", "scene_to_glb"]
 
 MAX_TEXTURE_SIZE = 8192
+MAX_TEXELS = 2**26
+"""Of all textures of a scene: 200 MB when decoded."""
+_FLOAT, _INDEX, _LEVEL = "<f4", "<u4", "|u1"
 
 
 def scene_to_glb(scene: Scene) -> bytes:
-    """One mesh with one primitive per surface; equal scenes give equal bytes."""
+    """One mesh with one primitive per surface; equal scenes give equal bytes.
+
+    A texture that several surfaces share is stored once.
+    """
     builder = GlbBuilder()
     materials: list[dict[str, Any]] = []
     textures: list[dict[str, Any]] = []
     primitives: list[dict[str, Any]] = []
+    pictures: dict[bytes, int] = {}
     for surface in scene.surfaces:
         attributes = {
             "POSITION": builder.accessor(surface.positions),
@@ -36,8 +42,11 @@ def scene_to_glb(scene: Scene) -> bytes:
         pbr: dict[str, Any] = {"metallicFactor": 0, "roughnessFactor": 1}
         if surface.texture is not None and surface.uvs is not None:
             attributes["TEXCOORD_0"] = builder.accessor(surface.uvs)
-            textures.append({"source": builder.png(_encode_png(surface.texture))})
-            pbr["baseColorTexture"] = {"index": len(textures) - 1}
+            picture = _encode_png(surface.texture)
+            if picture not in pictures:
+                pictures[picture] = len(textures)
+                textures.append({"source": builder.png(picture)})
+            pbr["baseColorTexture"] = {"index": pictures[picture]}
         primitives.append(
             {
                 "attributes": attributes,
@@ -48,7 +57,7 @@ def scene_to_glb(scene: Scene) -> bytes:
         materials.append({"name": surface.name, "pbrMetallicRoughness": pbr})
     extras = scene.semantics()
     if scene.chunks is not None:
-        extras["chunks"] = _chunks_to_json(scene.chunks)
+        extras["chunks"] = chunks_to_glb(builder, scene.chunks)
     document: dict[str, Any] = {
         "scene": 0,
         "scenes": [{"nodes": [0]}],
@@ -73,9 +82,10 @@ def scene_from_glb(payload: bytes, *, name: str) -> Scene:
         extras = glb.document["extras"]
         primitives = glb.document["meshes"][0]["primitives"]
         chunks = extras.get("chunks")
+        pictures = _Pictures(glb)
         return Scene(
             scene_id=extras["scene_id"],
-            surfaces=tuple(_read_surface(glb, primitive) for primitive in primitives),
+            surfaces=tuple(_read_surface(glb, primitive, pictures) for primitive in primitives),
             rooms=tuple(Room(**_with_tuples(one)) for one in extras["rooms"]),
             seats=tuple(Seat(**_with_tuples(one)) for one in extras["seats"]),
             doors=tuple(Door(**_with_tuples(one)) for one in extras["doors"]),
@@ -83,7 +93,7 @@ def scene_from_glb(payload: bytes, *, name: str) -> Scene:
             objects=tuple(SceneObject(**_with_tuples(one)) for one in extras["objects"]),
             source=extras["source"],
             licence=extras["licence"],
-            chunks=None if chunks is None else _chunks_from_json(chunks),
+            chunks=None if chunks is None else chunks_from_glb(glb, chunks),
         )
     except (KeyError, IndexError, TypeError, AttributeError) as error:
         raise ValueError(f"{name}: not a scene GLB: {error!r}") from error
@@ -102,60 +112,70 @@ def _as_tuple(value: Any) -> Any:
     return tuple(_as_tuple(item) for item in value) if isinstance(value, list) else value
 
 
-def _chunks_to_json(chunks: Chunks) -> dict[str, Any]:
-    """Lists; a bound that is not finite is null."""
-    table: dict[str, Any] = {}
-    for field in dataclasses.fields(chunks):
-        values = getattr(chunks, field.name)
-        if values.dtype.kind == "f":
-            values = np.where(np.isfinite(values), values.astype(object), None)
-        table[field.name] = values.tolist()
-    return table
-
-
-def _chunks_from_json(table: dict[str, Any]) -> Chunks:
-    columns: dict[str, Any] = {}
-    for field in dataclasses.fields(Chunks):
-        if field.name in ("surface", "first", "count", "room"):
-            columns[field.name] = np.array(table[field.name], np.int32)
-            continue
-        endless = -np.inf if field.name.endswith("low") else np.inf
-        rows = [[endless if x is None else x for x in row] for row in table[field.name]]
-        columns[field.name] = np.array(rows, np.float64).reshape(-1, 3)
-    return Chunks(**columns)
-
-
 def _encode_png(pixels: NDArray[np.uint8]) -> bytes:
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, format="PNG", optimize=False)
     return buffer.getvalue()
 
 
-def _decode_texture(payload: bytes, *, name: str) -> NDArray[np.uint8]:
-    try:
-        with Image.open(io.BytesIO(payload), formats=["PNG"]) as image:
-            if max(image.size) > MAX_TEXTURE_SIZE:
-                raise ValueError(f"texture is {image.size}, more than {MAX_TEXTURE_SIZE}")
-            return np.asarray(image.convert("RGB"))
-    except (ValueError, OSError, SyntaxError, Image.DecompressionBombError) as error:
-        # Pillow reports a broken PNG as any of these.
-        raise ValueError(f"{name}: a texture cannot be read: {error}") from error
+class _Pictures:
+    """The textures of a file, each decoded once, up to a number of texels."""
+
+    def __init__(self, glb: GlbFile) -> None:
+        self._glb = glb
+        self._decoded: dict[int, NDArray[np.uint8]] = {}
+        self._num_texels = 0
+
+    def __getitem__(self, image: int) -> NDArray[np.uint8]:
+        if image not in self._decoded:
+            self._decoded[image] = self._decode(self._glb.image(image))
+        return self._decoded[image]
+
+    def _decode(self, payload: bytes | memoryview) -> NDArray[np.uint8]:
+        try:
+            with Image.open(io.BytesIO(payload), formats=["PNG"]) as image:
+                width, height = image.size
+                if max(width, height) > MAX_TEXTURE_SIZE:
+                    raise ValueError(f"texture is {image.size}, more than {MAX_TEXTURE_SIZE}")
+                self._num_texels += width * height
+                if self._num_texels > MAX_TEXELS:
+                    raise ValueError(f"textures have more than {MAX_TEXELS:,} texels in all")
+                return np.asarray(image if image.mode == "RGB" else image.convert("RGB"))
+        except (ValueError, OSError, SyntaxError, Image.DecompressionBombError) as error:
+            # Pillow reports a broken PNG as any of these.
+            raise ValueError(f"{self._glb.name}: a texture cannot be read: {error}") from error
 
 
-def _read_surface(glb: GlbFile, primitive: dict[str, Any]) -> Surface:
+def _read_surface(glb: GlbFile, primitive: dict[str, Any], pictures: _Pictures) -> Surface:
     attributes = primitive["attributes"]
     material = glb.document["materials"][primitive["material"]]
+    name = material["name"]
     texture_entry = material["pbrMetallicRoughness"].get("baseColorTexture")
     texture = None
     if texture_entry is not None:
-        image = glb.document["textures"][texture_entry["index"]]["source"]
-        texture = _decode_texture(glb.image(image), name=glb.name)
+        texture = pictures[glb.document["textures"][texture_entry["index"]]["source"]]
     return Surface(
-        name=material["name"],
-        positions=glb.array(attributes["POSITION"]),
-        normals=glb.array(attributes["NORMAL"]),
-        colors=glb.array(attributes["COLOR_0"]),
-        faces=glb.array(primitive["indices"]).reshape(-1, 3),
-        uvs=glb.array(attributes["TEXCOORD_0"]) if texture is not None else None,
+        name=name,
+        positions=_array(glb, attributes["POSITION"], _FLOAT, f"surface {name!r}: positions"),
+        normals=_array(glb, attributes["NORMAL"], _FLOAT, f"surface {name!r}: normals"),
+        colors=_array(glb, attributes["COLOR_0"], _LEVEL, f"surface {name!r}: colors"),
+        faces=_triples(glb, primitive["indices"], f"surface {name!r}: indices"),
+        uvs=_array(glb, attributes["TEXCOORD_0"], _FLOAT, f"surface {name!r}: uvs")
+        if texture is not None
+        else None,
         texture=texture,
     )
+
+
+def _triples(glb: GlbFile, accessor: int, what: str) -> NDArray[np.uint32]:
+    indices = _array(glb, accessor, _INDEX, what)
+    if indices.ndim != 1 or len(indices) % 3:
+        raise ValueError(f"{glb.name}: {what} must be three per triangle, got {indices.shape}")
+    return indices.reshape(-1, 3)
+
+
+def _array(glb: GlbFile, accessor: int, dtype: str, what: str) -> NDArray[Any]:
+    values = glb.array(accessor)
+    if values.dtype.str != dtype:
+        raise ValueError(f"{glb.name}: {what} must be {np.dtype(dtype)}, got {values.dtype}")
+    return values

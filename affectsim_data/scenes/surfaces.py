@@ -38,11 +38,25 @@ class Surface:
                     f"surface {self.name!r}: {field} must be ({count}, {width}), "
                     f"got {getattr(self, field).shape}"
                 )
-        if not np.isfinite(self.positions).all():
-            raise ValueError(f"surface {self.name!r}: positions must be finite")
+        for field in ("positions", "normals", "uvs"):
+            values = getattr(self, field)
+            if values is not None and not np.isfinite(values).all():
+                raise ValueError(f"surface {self.name!r}: {field} must be finite")
         if self.faces.ndim != 2 or self.faces.shape[1] != 3:
             raise ValueError(f"surface {self.name!r}: faces must be (n, 3), got {self.faces.shape}")
         if self.faces.size and not 0 <= int(self.faces.min()) <= int(self.faces.max()) < count:
             raise ValueError(f"surface {self.name!r}: a face names a vertex that is not there")
-        if self.texture is not None and (self.uvs is None or self.uvs.shape != (count, 2)):
+        if self.uvs is not None and self.uvs.shape != (count, 2):
+            raise ValueError(
+                f"surface {self.name!r}: uvs must be ({count}, 2), got {self.uvs.shape}"
+            )
+        if self.texture is None:
+            return
+        if self.uvs is None:
             raise ValueError(f"surface {self.name!r}: a texture needs uvs ({count}, 2)")
+        shape = self.texture.shape
+        if len(shape) != 3 or shape[2] != 3 or not all(shape) or self.texture.dtype != np.uint8:
+            raise ValueError(
+                f"surface {self.name!r}: texture must be uint8 (height, width, 3), "
+                f"got {self.texture.dtype} {shape}"
+            )

@@ -2,6 +2,11 @@
 
 from affectsim_data.builders.homes.building import build_home
 from affectsim_data.builders.homes.palettes import Palette
-from affectsim_data.builders.homes.recipes import HomeRecipe, Strip, home_recipes
+from affectsim_data.builders.homes.plans import HomePlan, RoomPlan, plan_home
+from affectsim_data.builders.homes.purposes import Purpose
+from affectsim_data.builders.homes.recipes import HomeRecipe, home_recipes
 
-__all__ = ["HomeRecipe", "Palette", "Strip", "build_home", "home_recipes"]
+__all__ = [
+    "HomePlan", "HomeRecipe", "Palette", "Purpose", "RoomPlan", "build_home", "home_recipes",
+    "plan_home",
+]  # fmt: skip

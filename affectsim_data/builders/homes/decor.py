@@ -1,135 +1,195 @@
-"""Rugs, plants, lamps, curtains and pictures."""
+"""What hangs on walls, and screens: pictures, mirrors, clocks, boards, hooks, televisions."""
 
 from __future__ import annotations
 
 import dataclasses
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from affectsim_data.builders.homes.palettes import Palette
-from affectsim_data.builders.homes.parts import Part, box, grid_faces, lathe, sheet, smooth_normals
-from affectsim_data.builders.homes.pieces import Furniture
-from affectsim_data.builders.homes.plans import Opening, Wall
-from affectsim_data.builders.homes.shell import on_wall
-from affectsim_data.poses import FloatArray
+from affectsim_data.builders.homes.parts import Part, Point, box, boxes, lathe, sheet
+from affectsim_data.builders.homes.pieces import BLACK, DARK, METAL, WHITE, Furniture, piece
+from affectsim_data.builders.homes.shapes import ball, oval, slab, tube, two_sided
+from affectsim_data.builders.homes.trinkets import book_row, dressed
 
-__all__ = ["CURTAIN_WIDTH", "curtains", "floor_lamp", "picture", "plant", "rug"]
+__all__ = [
+    "clock",
+    "coat_rack",
+    "mirror",
+    "mirror_round",
+    "picture",
+    "radiator",
+    "tv",
+    "wall_board",
+]
 
-CURTAIN_WIDTH = 0.36
-"""Of a drawn-back curtain, metres."""
-_METAL = np.array([0.33, 0.32, 0.31])
-
-
-def rug(width: float, depth: float, *, color: FloatArray, border: FloatArray) -> Furniture:
-    """A flat rug with a border stripe, 8 mm thick."""
-    stripe = 0.09
-    parts = [
-        box((width, 0.006, depth), (0.0, 0.003, 0.0), color=border, material="carpet",
-            radius=0.002, step=0.25),
-        box((width - 2.0 * stripe, 0.0035, depth - 2.0 * stripe), (0.0, 0.00625, 0.0), color=color,
-            material="carpet", radius=0.001, step=0.25),
-    ]  # fmt: skip
-    return Furniture(tuple(parts), width, depth, 0.008)
+_GLASS = np.array([0.8, 0.85, 0.87])
+PAINTINGS = 4
+"""In the atlas of the material `art`, two by two."""
 
 
-def floor_lamp() -> Furniture:
-    """A standing lamp with a fabric shade."""
-    shade = (1.0, 0.95, 0.84)
-    parts = [
-        lathe([(0.15, 0.0), (0.15, 0.02), (0.014, 0.03), (0.012, 1.38)], color=_METAL),
-        lathe([(0.2, 1.3), (0.15, 1.6)], color=shade, material="lamp", segments=28),
-        lathe([(0.15, 1.6), (0.0, 1.6)], color=shade, material="lamp", segments=28),
-        lathe([(0.0, 1.3), (0.2, 1.3)], color=shade, material="lamp", segments=28),
-    ]
-    return Furniture(tuple(parts), 0.42, 0.42, 1.6, lamp_y=1.45)
-
-
-def plant(*, tall: float, rng: np.random.Generator) -> Furniture:
-    """A pot plant of arching leaves, `tall` metres high."""
-    pot_height = 0.32
-    pot = [(0.0, 0.0), (0.12, 0.0), (0.165, pot_height), (0.15, pot_height),
-           (0.145, pot_height - 0.03), (0.0, pot_height - 0.03)]  # fmt: skip
-    parts = [lathe(pot, color=(0.86, 0.82, 0.76), segments=26)]
-    green = np.array([0.36, 0.52, 0.30])
-    for index in range(30):
-        yaw = 2.4 * index + float(rng.uniform(-0.3, 0.3))
-        share = (index + 1) / 30.0
-        rise = (tall - pot_height) * (0.45 + 0.5 * share)
-        reach = 0.26 * (1.1 - 0.75 * share) + 0.05
-        leaf = _leaf(rise=rise, reach=reach, color=green * float(rng.uniform(0.85, 1.2)))
-        parts.append(leaf.moved(0.0, pot_height - 0.04, 0.0, yaw=yaw))
-    return Furniture(tuple(parts), 0.66, 0.66, tall)
-
-
-def _leaf(*, rise: float, reach: float, color: FloatArray) -> Part:
-    """A bent blade from the origin up and out along +Z, with a front and a back."""
-    rows = 9
-    t = np.linspace(0.0, 1.0, rows)
-    spine = np.stack([np.zeros(rows), rise * np.sin(1.75 * t) / np.sin(1.57), reach * t**1.6], 1)
-    half = 0.052 * np.sin(np.pi * np.clip(t, 0.0, 1.0) ** 0.8) + 0.004
-    across = np.array([-1.0, 0.0, 1.0])
-    points = np.repeat(spine[:, None, :], 3, axis=1)
-    points[..., 0] += half[:, None] * across
-    points[..., 1] += 0.25 * half[:, None] * np.abs(across)
-    return _two_sided(points, color=color, material="plain", thickness=0.003)
-
-
-def _two_sided(
-    points: FloatArray, *, color: ArrayLike, material: str, thickness: float
-) -> Part:  # fmt: skip
-    """A thin bent sheet, `(rows, columns, 3)`, as two skins so that both sides are drawn."""
-    rows, columns = points.shape[:2]
-    flat, faces = points.reshape(-1, 3), grid_faces(rows, columns)
-    normals = smooth_normals(flat, faces)
-    along = np.cumsum(np.linalg.norm(np.diff(points, axis=1, prepend=points[:, :1]), axis=2), 1)
-    up = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=2), axis=0)
-    uvs = np.stack([along, -up], axis=-1).reshape(-1, 2)
-    shift = normals * (thickness / 2.0)
-    positions = np.concatenate([flat + shift, flat - shift])
-    return Part(
-        material=material,
-        positions=positions,
-        normals=np.concatenate([normals, -normals]),
-        uvs=np.concatenate([uvs, uvs]),
-        colors=np.broadcast_to(np.clip(color, 0.0, 1.0), positions.shape).copy(),
-        faces=np.concatenate([faces, faces[:, ::-1] + len(flat)]),
-    )
-
-
-def curtains(wall: Wall, opening: Opening, palette: Palette) -> list[Part]:
-    """Two drawn-back curtains on a rod."""
-    u, rod_y, out = wall.u_of(opening.middle), 2.36, 0.09
-    reach = opening.width / 2.0 + 0.62 * CURTAIN_WIDTH
-    rod = on_wall(wall, u, rod_y + 0.02, (2.0 * reach + 0.24, 0.022, 0.022), color=_METAL,
-                  out=out - 0.011, radius=0.009)  # fmt: skip
-    parts = [rod]
-    for sign in (-1.0, 1.0):
-        across = np.linspace(-CURTAIN_WIDTH / 2.0, CURTAIN_WIDTH / 2.0, 41)
-        heights = np.array([0.03, 0.4, 0.9, 1.4, 1.9, rod_y])
-        spread = 1.0 - 0.12 * np.sin(np.pi * heights / rod_y)[:, None]
-        fold = 0.032 * np.sin(across * (2.0 * np.pi * 5.0 / CURTAIN_WIDTH))
-        points = np.stack(
-            np.broadcast_arrays(across * spread, heights[:, None], fold * np.ones((6, 1))), axis=-1
-        )
-        cloth = _two_sided(points, color=palette.textile, material="fabric", thickness=0.006)
-        x, _, z = wall.point(u + sign * reach, 0.0, out)
-        parts.append(cloth.moved(float(x), 0.0, float(z), yaw=wall.yaw))
-    return parts
+def _bars(
+    width: float, height: float, thick: float, deep: float
+) -> tuple[list[Point], list[Point]]:
+    """Sizes and middles of the four bars of a frame whose underside is at 0."""
+    x, tall = (width - thick) / 2.0, height - 2.0 * thick
+    sizes = [(width, thick, deep), (width, thick, deep), (thick, tall, deep), (thick, tall, deep)]
+    middles = [(0.0, thick / 2.0, 0.0), (0.0, height - thick / 2.0, 0.0), (-x, height / 2.0, 0.0),
+               (x, height / 2.0, 0.0)]  # fmt: skip
+    return sizes, middles
 
 
 def picture(
-    wall: Wall, u: float, y: float, size: tuple[float, float], *, painting: int
-) -> list[Part]:
-    """A framed picture with its middle at `(u, y)`; `painting` is one of the four of the atlas."""
-    width, height = size
-    frame = on_wall(wall, u, y, (width, height, 0.025), color=np.array([0.36, 0.29, 0.22]))
+    palette: Palette, *, rng: np.random.Generator, width: float = 0.7, height: float = 0.9
+) -> Furniture:
+    """A framed picture, its back to the wall."""
+    depth, thick = 0.026, 0.022
+    inks = (palette.dark_wood, BLACK, WHITE, palette.wood)
+    color = inks[int(rng.integers(len(inks)))]
+    inner = (width - 2.0 * thick, height - 2.0 * thick)
     canvas = sheet(
-        wall.point(u - width / 2.0 + 0.02, y - height / 2.0 + 0.02, 0.027), wall.along,
-        (0.0, 1.0, 0.0), np.linspace(0.0, width - 0.04, 3), np.linspace(0.0, height - 0.04, 3),
-        color=(1.0, 1.0, 1.0), material="art",
+        (-inner[0] / 2.0, thick, 0.004), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0),
+        np.linspace(0.0, inner[0], 3), np.linspace(0.0, inner[1], 3), color=(1.0, 1.0, 1.0),
+        material="art",
     )  # fmt: skip
+    painting = int(rng.integers(PAINTINGS))
     # A little inside its quarter of the atlas, so that filtering does not reach the next painting.
-    share = 0.02 + 0.96 * (canvas.uvs / (width - 0.04, height - 0.04) + (0.0, 1.0))
+    share = 0.02 + 0.96 * (canvas.uvs / inner + (0.0, 1.0))
     corner = np.array([painting % 2, painting // 2])
-    return [frame, dataclasses.replace(canvas, uvs=0.5 * (share + corner))]
+    sizes, middles = _bars(width, height, thick, depth)
+    parts = [
+        boxes(sizes, middles, colors=color),
+        box((*inner, 0.01), (0.0, height / 2.0, -depth / 2.0 + 0.005), color=color),
+        dataclasses.replace(canvas, uvs=0.5 * (share + corner)),
+    ]
+    return piece("picture", parts, (width, depth, height))
+
+
+def mirror(
+    palette: Palette, *, rng: np.random.Generator, width: float = 0.6, height: float = 0.8
+) -> Furniture:
+    """A looking-glass in a frame."""
+    depth, thick = 0.03, 0.025
+    sizes, middles = _bars(width, height, thick, depth)
+    parts = [
+        boxes(sizes, middles, colors=palette.wood, material="wood"),
+        box((width - 2.0 * thick, height - 2.0 * thick, 0.012), (0.0, height / 2.0, -0.005),
+            color=_GLASS, step=0.2),
+    ]  # fmt: skip
+    return piece("mirror", parts, (width, depth, height))
+
+
+def mirror_round(palette: Palette, *, rng: np.random.Generator, width: float = 0.65) -> Furniture:
+    """A round looking-glass."""
+    rim = lathe([(0.0, -0.015), (width / 2.0, -0.015), (width / 2.0, 0.015),
+                 (width / 2.0 - 0.018, 0.015), (width / 2.0 - 0.018, 0.006), (0.0, 0.006)],
+                color=palette.dark_wood, segments=40)  # fmt: skip
+    glass = slab(oval(width - 0.05, width - 0.05, count=36), 0.0095, 0.005, color=_GLASS,
+                 material="plain", bevel=0.001)  # fmt: skip
+    parts = [part.tilted(np.pi / 2.0).moved(y=width / 2.0) for part in (rim, glass)]
+    return piece("mirror", parts, (width, 0.03, width))
+
+
+def clock(palette: Palette, *, rng: np.random.Generator) -> Furniture:
+    """A round wall clock."""
+    reach, y = 0.15, 0.15
+    rim = lathe([(0.0, -0.02), (reach, -0.02), (reach, 0.02), (reach - 0.015, 0.02),
+                 (reach - 0.015, 0.008), (0.0, 0.008)], color=BLACK, segments=32)  # fmt: skip
+    face = slab(oval(0.264, 0.264, count=30), 0.0115, 0.005, color=WHITE, material="plain",
+                bevel=0.001)  # fmt: skip
+    marks = [(0.11 * np.sin(a), y + 0.11 * np.cos(a), 0.0125) for a in np.arange(12) * np.pi / 6.0]
+    turn = float(rng.uniform(0.0, 2.0 * np.pi))
+    parts = [part.tilted(np.pi / 2.0).moved(y=y) for part in (rim, face)]
+    parts.append(boxes([(0.012, 0.012, 0.003)] * 12, marks, colors=BLACK))
+    for length, angle, z in ((0.065, turn, 0.0155), (0.1, 5.0 * turn, 0.0185)):
+        hand = box((0.008, length, 0.002), (0.0, length / 2.0 - 0.01, z), color=BLACK)
+        parts.append(hand.tilted(angle, axis=2).moved(y=y))
+    return piece("clock", parts, (0.3, 0.04, 0.3))
+
+
+def wall_board(palette: Palette, *, rng: np.random.Generator, width: float = 0.9) -> Furniture:
+    """A board on the wall with books and small things."""
+    depth, thick = 0.24, 0.028
+    parts: list[Part] = [
+        box((width, thick, depth), (0.0, 0.06 + thick / 2.0, 0.0), color=palette.wood,
+            material="wood"),
+        boxes([(0.02, 0.06, 0.16)] * 2,
+              [(s * (width / 2.0 - 0.15), 0.03, -depth / 2.0 + 0.08) for s in (-1, 1)],
+              colors=BLACK),
+    ]  # fmt: skip
+    y = 0.06 + thick
+    split = float(rng.uniform(-0.1, 0.2)) * width
+    parts += book_row(-width / 2.0 + 0.03, split, y=y, z=-0.01, tall=0.27, rng=rng)
+    parts += dressed(palette, rng=rng, y=y, width=width / 2.0 - split - 0.04, depth=depth,
+                     share=0.9, x=(width / 2.0 + split) / 2.0)  # fmt: skip
+    return piece("shelf", parts, (width, depth, 0.42))
+
+
+def coat_rack(palette: Palette, *, rng: np.random.Generator, width: float = 0.8) -> Furniture:
+    """A board with hooks and coats that hang from them."""
+    depth, height = 0.22, 1.15
+    back = -depth / 2.0
+    board = box((width, 0.1, 0.022), (0.0, height - 0.05, back + 0.011), color=palette.wood,
+                material="wood")  # fmt: skip
+    parts: list[Part] = [board]
+    count = int(width / 0.2)
+    for k in range(count):
+        x = (k + 0.5) * width / count - width / 2.0
+        hook = [(x, height - 0.03, back + 0.02), (x, height - 0.05, back + 0.05),
+                (x, height - 0.06, back + 0.075), (x, height - 0.035, back + 0.09)]  # fmt: skip
+        parts += [tube(hook, 0.006, color=BLACK, segments=6),
+                  ball(0.011, (x, height - 0.03, back + 0.092), color=BLACK,
+                       segments=8)]  # fmt: skip
+        if rng.random() < 0.75:
+            inks = (palette.sofa, palette.accent, palette.dark_wood, DARK, palette.textile)
+            parts.append(_coat(x, height - 0.06, back + 0.1, inks[int(rng.integers(5))], rng))
+    return piece("coat rack", parts, (width, depth, height))
+
+
+def _coat(x: float, top: float, z: float, color: np.ndarray, rng: np.random.Generator) -> Part:
+    """A hanging coat as a soft flat bag."""
+    drop, rows, around = float(rng.uniform(0.7, 0.95)), 7, 17
+    t = np.linspace(0.0, 1.0, rows)
+    half = np.array([0.02, 0.07, 0.085, 0.083, 0.088, 0.094, 0.097])
+    deep = np.array([0.015, 0.045, 0.055, 0.055, 0.06, 0.065, 0.068])
+    angle = np.linspace(0.0, 2.0 * np.pi, around)
+    wave = 1.0 + 0.12 * np.sin(5.0 * angle)[None, :] * t[:, None]
+    points = np.stack(
+        [
+            x + half[:, None] * np.sin(angle) * wave,
+            np.broadcast_to((top - drop * t)[:, None], (rows, around)),
+            z + deep[:, None] * np.cos(angle) * wave,
+        ],
+        axis=-1,
+    )
+    return two_sided(points[::-1], color=color, material="fabric", thickness=0.004)
+
+
+def radiator(palette: Palette, *, rng: np.random.Generator, width: float = 1.0) -> Furniture:
+    """A ribbed radiator that hangs low on a wall."""
+    height, depth = 0.55, 0.1
+    count = max(int(width / 0.06), 4)
+    xs = (np.arange(count) + 0.5) * width / count - width / 2.0
+    ribs = np.stack([xs, np.full(count, height / 2.0), np.full(count, 0.01)], axis=1)
+    parts = [
+        boxes(np.tile([0.7 * width / count, height, 0.07], (count, 1)), ribs, colors=WHITE),
+        boxes([(width, 0.03, 0.03)] * 2, [(0.0, 0.06, -0.01), (0.0, height - 0.06, -0.01)],
+              colors=WHITE * 0.97),
+        boxes([(0.03, 0.03, 0.04)] * 2, [(s * width / 3.0, height - 0.06, -0.03) for s in (-1, 1)],
+              colors=METAL),
+    ]  # fmt: skip
+    return piece("radiator", parts, (width, depth, height))
+
+
+def tv(palette: Palette, *, rng: np.random.Generator, width: float = 1.2) -> Furniture:
+    """A television on its foot."""
+    tall = width * 0.57
+    y = 0.06 + tall / 2.0
+    parts = [
+        box((0.4, 0.012, 0.22), (0.0, 0.006, 0.0), color=DARK),
+        box((0.12, 0.08, 0.03), (0.0, 0.05, -0.02), color=DARK),
+        box((width, tall, 0.035), (0.0, y, 0.0), color=DARK, step=0.2),
+        box((width - 0.03, tall - 0.03, 0.004), (0.0, y, 0.0195), color=(0.29, 0.31, 0.34),
+            step=0.15),
+    ]  # fmt: skip
+    return piece("tv", parts, (width, 0.22, 0.06 + tall))

@@ -1,4 +1,4 @@
-"""Mesh primitives of furniture and walls: boxes with round edges, cushions, turned shapes, sheets.
+"""Mesh primitives of furniture and walls: boxes with round edges, turned shapes, flat sheets.
 
 Every shape has texture coordinates in metres, so that a texture keeps its scale on all of them.
 """
@@ -6,14 +6,18 @@ Every shape has texture coordinates in metres, so that a texture keeps its scale
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from affectsim_data.poses import FloatArray, quaternion_rotate, yaw_quaternion
+from affectsim_data.poses import FloatArray, quaternion_rotate
 
-__all__ = ["Part", "box", "cushion", "grid_faces", "lathe", "merged", "sheet", "smooth_normals"]
+__all__ = [
+    "IntArray", "Part", "Point", "box", "boxes", "grid_faces", "lathe", "merged", "sheet",
+    "smooth_normals",
+]  # fmt: skip
 
 IntArray = NDArray[np.int64]
 Point = tuple[float, float, float]
@@ -38,21 +42,31 @@ class Part:
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0, *, yaw: float = 0.0) -> Part:
         """Turned by `yaw` radians about +Y, then shifted by metres."""
-        turn = yaw_quaternion(yaw)
+        shift = np.array([x, y, z])
+        if yaw == 0.0:
+            return dataclasses.replace(self, positions=self.positions + shift)
+        c, s = np.cos(yaw), np.sin(yaw)
+        turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
         return dataclasses.replace(
-            self,
-            positions=quaternion_rotate(turn, self.positions) + np.array([x, y, z]),
-            normals=quaternion_rotate(turn, self.normals),
+            self, positions=self.positions @ turn + shift, normals=self.normals @ turn
         )
 
-    def tilted(self, angle: float, *, pivot: Point = (0.0, 0.0, 0.0)) -> Part:
-        """Turned by `angle` radians about the +X axis through `pivot`; positive leans +Y to +Z."""
-        turn = np.array([np.cos(angle / 2.0), np.sin(angle / 2.0), 0.0, 0.0])
+    def tilted(self, angle: float, *, pivot: Point = (0.0, 0.0, 0.0), axis: int = 0) -> Part:
+        """Turned by `angle` radians about an axis through `pivot`; about +X, +Y leans to +Z."""
+        turn = np.zeros(4)
+        turn[0], turn[1 + axis] = np.cos(angle / 2.0), np.sin(angle / 2.0)
         return dataclasses.replace(
             self,
             positions=quaternion_rotate(turn, self.positions - pivot) + pivot,
             normals=quaternion_rotate(turn, self.normals),
         )
+
+    def stretched(self, x: float = 1.0, y: float = 1.0, z: float = 1.0) -> Part:
+        """Scaled about the origin by positive factors."""
+        factor = np.array([x, y, z])
+        normals = self.normals / factor
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        return dataclasses.replace(self, positions=self.positions * factor, normals=normals)
 
 
 def merged(parts: Iterable[Part]) -> Part:
@@ -90,13 +104,14 @@ def grid_faces(rows: int, columns: int) -> IntArray:
 
 def smooth_normals(positions: FloatArray, faces: IntArray) -> FloatArray:
     """Area-weighted vertex normals, shared by vertices at the same place, `(num_vertices, 3)`."""
-    _, same = np.unique(np.round(positions, 6), axis=0, return_inverse=True)
+    cells = np.round((positions - positions.mean(axis=0)) * 1e5).astype(np.int64) + (1 << 20)
+    _, same = np.unique((cells @ (1 << 42, 1 << 21, 1)), return_inverse=True)
     same = same.reshape(-1)
     a, b, c = (positions[faces[:, k]] for k in range(3))
     face_normals = np.cross(b - a, c - a)
-    sums = np.zeros((int(same.max()) + 1, 3))
-    for k in range(3):
-        np.add.at(sums, same[faces[:, k]], face_normals)
+    corners, count = same[faces].T.ravel(), int(same.max()) + 1
+    tiled = np.tile(face_normals, (3, 1))
+    sums = np.stack([np.bincount(corners, tiled[:, k], count) for k in range(3)], axis=1)
     length = np.linalg.norm(sums, axis=1, keepdims=True)
     unit: FloatArray = (sums / np.maximum(length, 1e-12))[same]
     return unit
@@ -109,13 +124,13 @@ the triangles of a sharp box."""
 
 def _lines(half: float, radius: float, segments: int, step: float) -> FloatArray:
     """Grid lines across one side of a box: its round edges and its flat middle."""
+    flat = half - radius if radius > 0.0 else half
+    count = max(int(np.ceil(2.0 * flat / step)), 1)
+    middle = flat * (2.0 * np.arange(count + 1) / count - 1.0)
     if radius <= 0.0:
-        inner = np.array([half])
-    else:
-        inner = half - radius + radius * np.tan(np.linspace(0.0, np.pi / 4.0, segments + 1))
-    count = max(int(np.ceil(2.0 * inner[0] / step)), 1)
-    middle = np.linspace(-inner[0], inner[0], count + 1)
-    return np.concatenate([-inner[:0:-1], middle, inner[1:]])
+        return np.asarray(middle)
+    bend = half - radius + radius * np.tan(0.25 * np.pi * np.arange(1, segments + 1) / segments)
+    return np.concatenate([-bend[::-1], middle, bend])
 
 
 def box(
@@ -134,17 +149,27 @@ def box(
         step: Longest quad of the flat faces: light is stored per vertex.
         sides: Faces to build, lower case towards minus; leave out what stands against something.
     """
-    half = np.asarray(size, np.float64) / 2.0
+    if radius < ROUND_FROM_M and max(size) <= step:
+        return boxes([size], [center], colors=color, material=material, sides=sides)
+    mesh = _box_mesh(tuple(map(float, size)), radius, segments, step, sides)
+    return _part(material, color, mesh[0] + center, *mesh[1:])
+
+
+@functools.lru_cache(maxsize=256)
+def _box_mesh(
+    size: Point, radius: float, segments: int, step: float, sides: str
+) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
+    """Positions about the middle, normals, uvs and triangles of a box; nobody changes them."""
+    half = np.asarray(size) / 2.0
     radius = min(radius, 0.98 * float(half.min())) if radius >= ROUND_FROM_M else 0.0
-    pieces: list[tuple[FloatArray, FloatArray, FloatArray, IntArray]] = []
-    for side in sides:
-        axis, sign = "xyz".index(side.lower()), 1.0 if side.isupper() else -1.0
-        pieces.append(_box_side(half, axis, sign, radius, segments, step))
+    pieces = [
+        _box_side(half, "xyz".index(side.lower()), 1.0 if side.isupper() else -1.0, radius,
+                  segments, step)
+        for side in sides
+    ]  # fmt: skip
     starts = np.cumsum([0, *(len(piece[0]) for piece in pieces[:-1])])
-    return _part(
-        material,
-        color,
-        np.concatenate([piece[0] for piece in pieces]) + center,
+    return (
+        np.concatenate([piece[0] for piece in pieces]),
         np.concatenate([piece[1] for piece in pieces]),
         np.concatenate([piece[2] for piece in pieces]),
         np.concatenate([piece[3] + k for piece, k in zip(pieces, starts, strict=True)]),
@@ -174,29 +199,72 @@ def _box_side(
     return core + radius * normals, normals, uvs, faces if sign > 0.0 else faces[:, ::-1]
 
 
-def cushion(
-    size: Point, center: Point, *, color: ArrayLike, material: str = "fabric",
-    radius: float = 0.06, puff: float = 0.03, axis: int = 1, cells: int = 7,
+_CUBE_SIDES = "xXyYzZ"
+
+
+def _cube() -> tuple[FloatArray, FloatArray, IntArray]:
+    """Corners in [-1, 1], normals and triangles of a cube, side by side as in `_CUBE_SIDES`."""
+    sides = [
+        _box_side(np.ones(3), "xyz".index(side.lower()), 1.0 if side.isupper() else -1.0, 0.0, 1, 9)
+        for side in _CUBE_SIDES
+    ]
+    faces = np.concatenate([side[3] + 4 * k for k, side in enumerate(sides)])
+    return np.concatenate([s[0] for s in sides]), np.concatenate([s[1] for s in sides]), faces
+
+
+def boxes(
+    sizes: ArrayLike, centers: ArrayLike, *, colors: ArrayLike, material: str = "plain",
+    sides: str = "xXyYzZ",
 ) -> Part:  # fmt: skip
-    """A stuffed box whose two faces across `axis` bulge by `puff` metres in the middle."""
-    step = max(size) / cells
-    part = box(
-        size, (0.0, 0.0, 0.0), color=color, material=material,
-        radius=radius, segments=2, step=step,
+    """Many sharp boxes at once.
+
+    Args:
+        sizes: Extents, metres, `(num_boxes, 3)`.
+        centers: Their middles, metres, `(num_boxes, 3)`.
+        colors: sRGB in [0, 1], `(num_boxes, 3)` or one for all.
+        material: Key of `textures.MATERIALS`.
+        sides: Faces to build, as for `box`.
+    """
+    half = np.asarray(sizes, np.float64).reshape(-1, 1, 3) / 2.0
+    corners, normals, faces = _UNIT_CUBE
+    if sides != _CUBE_SIDES:
+        places = np.array([_CUBE_SIDES.index(side) for side in sides])
+        rows = (4 * places[:, None] + np.arange(4)).ravel()
+        shift = 4 * (np.arange(len(sides)) - places)
+        faces = faces.reshape(6, 2, 3)[places] + shift[:, None, None]
+        corners, normals, faces = corners[rows], normals[rows], faces.reshape(-1, 3)
+    count, each = len(half), len(corners)
+    positions = corners * half + np.asarray(centers, np.float64).reshape(-1, 1, 3)
+    # The grain of wood, along texture u, follows the longer side.
+    axis = np.abs(normals).argmax(axis=1)
+    u, v = (axis + 1) % 3, (axis + 2) % 3
+    swap = np.take_along_axis(half, v[None, :, None] * np.ones((count, 1, 1), int), 2) > (
+        np.take_along_axis(half, u[None, :, None] * np.ones((count, 1, 1), int), 2)
+    )
+    along, across = np.where(swap[..., 0], v, u), np.where(swap[..., 0], u, v)
+    local, wide = corners * half, np.broadcast_to(half, (count, each, 3))
+    uvs = np.stack(
+        [
+            np.take_along_axis(local + wide, along[..., None], 2)[..., 0],
+            np.take_along_axis(wide - local, across[..., None], 2)[..., 0],
+        ],
+        axis=-1,
+    )
+    tint = np.broadcast_to(np.asarray(colors, np.float64).reshape(-1, 1, 3), positions.shape)
+    shifted = faces[None] + each * np.arange(count)[:, None, None]
+    return Part(
+        material, positions.reshape(-1, 3),
+        np.broadcast_to(normals, positions.shape).reshape(-1, 3).copy(),
+        uvs.reshape(-1, 2), tint.reshape(-1, 3).copy(), shifted.reshape(-1, 3),
     )  # fmt: skip
-    half = np.asarray(size) / 2.0
-    share = part.positions / half
-    others = [k for k in range(3) if k != axis]
-    bulge = np.prod(np.clip(1.0 - share[:, others] ** 2, 0.0, 1.0), axis=1)
-    positions = part.positions.copy()
-    positions[:, axis] += puff * bulge * share[:, axis]
-    normals = smooth_normals(positions, part.faces)
-    return dataclasses.replace(part, positions=positions + center, normals=normals)
+
+
+_UNIT_CUBE = _cube()
 
 
 def lathe(
     profile: Sequence[tuple[float, float]], *, color: ArrayLike, material: str = "plain",
-    center: Point = (0.0, 0.0, 0.0), segments: int = 20, smooth: bool = False,
+    center: Point = (0.0, 0.0, 0.0), segments: int = 26, smooth: bool = False,
 ) -> Part:  # fmt: skip
     """A turned shape: the profile of (radius, height) from bottom to top, spun about +Y.
 
