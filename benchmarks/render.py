@@ -31,7 +31,13 @@ from affectsim_data.render.framing import choose_mesh
 from affectsim_data.render.rasterizer import EglRenderer
 from affectsim_data.render.reference import PyrenderRenderer, import_pyrender, surface_primitive
 from affectsim_data.scenes import Scene
-from benchmarks.render_home import HABITAT_FPS, drawn_per_frame, furnished_home, home_walk
+from benchmarks.render_home import (
+    HABITAT_FPS,
+    beside,
+    drawn_per_frame,
+    furnished_home,
+    home_walk,
+)
 
 _ROOT = Path(__file__).resolve().parents[1]
 # The scenes and bodies made of code are those of the tests.
@@ -52,7 +58,7 @@ REFERENCE_FRAMES = 6
 """pyrender's time per frame does not depend on a clip's length; more would only take longer."""
 
 
-HOME = 5
+HOME = 34
 """Place in `builders/homes-full.toml` of the home that is walked through: seven rooms."""
 
 Draw = Callable[[ClipSpec], object]
@@ -95,7 +101,7 @@ def run_home(*, rounds: int = 8) -> list[dict[str, Any]]:
     draws: dict[str, Draw] = {"egl": fast.render, "usual": usual.render, "flat": flat.render}
     avatar, scene, rows = _avatar(), furnished_home(HOME), []
     walk = home_walk(scene, num_frames=NUM_FRAMES).T_world_camera
-    x, z = (float(value) for value in np.mean(scene.rooms[0].polygon, axis=0))
+    x, z = beside(scene, walk[:, :3, 3])
 
     def path(*, num_frames: int) -> CameraTrajectory:
         return CameraTrajectory(walk[np.linspace(0, NUM_FRAMES - 1, num_frames).astype(int)])

@@ -21,7 +21,7 @@ from affectsim_data.render.portals import Portals
 from affectsim_data.scenes import Room, Scene
 from affectsim_data.scenes.baking import bake_scene
 
-__all__ = ["HABITAT_FPS", "drawn_per_frame", "furnished_home", "home_walk"]
+__all__ = ["HABITAT_FPS", "beside", "drawn_per_frame", "furnished_home", "home_walk"]
 
 HABITAT_FPS = {"224x224": 108.0, "640x480": 52.0}
 """habitat-sim 0.2.2, RGB and depth without antialiasing, a new pose each frame, 142 k textured
@@ -51,6 +51,16 @@ def home_walk(scene: Scene, *, num_frames: int) -> CameraTrajectory:
     ahead += np.where(np.linalg.norm(ahead - eyes, axis=1) < 0.05, 1.0, 0.0)[:, None] * [0.3, 0, 0]
     lift = np.array([0.0, HEIGHT_M, 0.0])
     return CameraTrajectory(look_at(eyes + lift, ahead + lift - [0.0, 0.05, 0.0]))
+
+
+def beside(scene: Scene, eyes: FloatArray) -> tuple[float, float]:
+    """A place `(x, z)` in the first room where a person stands as far from the way as it goes."""
+    navmesh = NavMesh.from_mesh(*scene.mesh())
+    rng, room = np.random.default_rng(0), scene.rooms[0].polygon
+    points = navmesh.random_points(256, rng, island=0, within=room)
+    away = np.linalg.norm(points[:, None, [0, 2]] - eyes[None][..., [0, 2]], axis=-1).min(axis=1)
+    x, _, z = points[np.argmax(away)]
+    return float(x), float(z)
 
 
 def _stop(navmesh: NavMesh, room: Room) -> FloatArray:

@@ -35,14 +35,22 @@ BODY_ASPECT = 0.4
 def choose_mesh(person: PosedAvatar, spec: ClipSpec) -> AvatarMesh:
     """The level of detail for a whole clip: about two triangles for three covered pixels.
 
-    Goes by the frame in which the person is largest, so that it never changes within a clip.
+    Goes by the frame in which the person is seen largest, so that it never changes within a clip.
     """
     pelvis = person.avatar.skeleton.rest_positions[0]
     matrices = person.joint_matrices[:, 0]
     position = np.einsum("fij,j->fi", matrices[:, :3, :3], pelvis) + matrices[:, :3, 3]
-    eye = spec.trajectory.T_world_camera[:, :3, 3]
-    distance = max(float(np.linalg.norm(position - eye, axis=1).min()), 0.3)
+    poses = spec.trajectory.T_world_camera
+    way = position - poses[:, :3, 3]
+    x, y, z = np.abs(np.einsum("fji,fj->fi", poses[:, :3, :3], way)).T
     stature = 1.8 * person.avatar.skeleton.hip_height
+    half = np.tan([spec.camera.hfov / 2.0, spec.camera.vfov / 2.0])
+    seen = (np.einsum("fi,fi->f", way, poses[:, :3, 2]) < stature) & (
+        (x <= half[0] * z + stature) & (y <= half[1] * z + stature)
+    )
+    if not seen.any():
+        return person.avatar.mesh(max_triangles=0)
+    distance = max(float(np.linalg.norm(way[seen], axis=1).min()), 0.3)
     height_px = min(stature * spec.camera.intrinsics[0, 0] / distance, 2.0 * spec.camera.height)
     budget = TRIANGLES_PER_PIXEL * BODY_ASPECT * height_px**2
     return person.avatar.mesh(max_triangles=int(budget))

@@ -18,8 +18,8 @@ from affectsim_data.scenes.surfaces import Surface
 __all__ = ["Chunks", "check_chunks", "chunk_surfaces", "first_use", "split_faces"]
 
 _NUMBERS = ("surface", "first", "count", "room")
-CHUNK_TRIANGLES = 768
-"""Small enough that most of a furnished flat is culled, large enough that calls do not count."""
+CHUNK_TRIANGLES = 192
+"""Small enough that most of a furnished home is culled, large enough that calls do not count."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
