@@ -42,6 +42,8 @@ def run_parallel(
         what: Kind of items, for the bar.
         name: What is built, for the bar.
     """
+    if not items:
+        return
     bar: Iterable[_Out]
     label = f"{name}: {what}"
     if jobs == 1 or len(items) < 2:

@@ -10,6 +10,7 @@ from typing import Any
 import shapely
 from tqdm import tqdm
 
+from affectsim_data.affordances import knockable_doors, reachable_seats
 from affectsim_data.inspection.scene_plans import floor_areas_m2, scene_sheet
 from affectsim_data.inspection.scene_recording import record_scene
 from affectsim_data.navmesh import NavMesh
@@ -28,8 +29,9 @@ _COLUMNS = {
     "num_islands": "islands",
     "num_objects": "things",
     "num_seats": "seats",
+    "num_usable_seats": "usable",
     "num_doors": "doors",
-    "num_closed_doors": "closed",
+    "num_knockable_doors": "knock at",
     "num_triangles": "triangles",
     "num_draw_calls": "draws",
 }
@@ -40,7 +42,7 @@ def scene_summary(release: Release) -> list[dict[str, Any]]:
 
     Keys: `scene_id`, `purposes` of its rooms, areas in square metres (`floor_m2` of the rooms,
     `robot_m2` of it where the middle of a robot can be), `largest_island` as a share of `robot_m2`,
-    and counts.
+    and counts: a seat is usable if a sitter has room and a robot comes near.
     """
     return [_row(scene, navmesh) for scene, navmesh in _scenes(release, "scenes")]
 
@@ -62,8 +64,9 @@ def _row(scene: Scene, navmesh: NavMesh) -> dict[str, Any]:
         "num_islands": len(areas),
         "num_objects": len(scene.objects),
         "num_seats": len(scene.seats),
+        "num_usable_seats": int(reachable_seats(scene, navmesh).is_usable.sum()),
         "num_doors": len(scene.doors),
-        "num_closed_doors": sum(door.is_closed for door in scene.doors),
+        "num_knockable_doors": int(knockable_doors(scene, navmesh).is_knockable.sum()),
         "num_triangles": scene.num_triangles,
         "num_draw_calls": len(scene.surfaces),
         "source": scene.source,

@@ -81,6 +81,8 @@ def direct_light(
         rays: Everything that throws shadows.
     """
     light = np.zeros_like(points)
+    if not len(points):
+        return light
     cells = Cells(points)
     for window in windows:
         grid, area = window.samples(_COLUMNS, _ROWS)
