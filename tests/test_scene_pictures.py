@@ -74,6 +74,14 @@ def test_views_from_above_look_through_the_ceiling(crate: tuple[Scene, NavMesh])
 
 
 @pytest.mark.egl
+def test_floors_of_halls_are_seen_from_above_too() -> None:
+    view = view_from_above(
+        box_room("hall", half=20.0), process_renderer("egl"), width=90, height=60
+    ).astype(int)
+    assert view[30, 45, 0] > view[30, 45, 2] + 40, "oak"
+
+
+@pytest.mark.egl
 def test_every_room_is_seen_from_standing_height(crate: tuple[Scene, NavMesh]) -> None:
     views = standing_views(*crate, process_renderer("egl"), width=64, height=48)
     assert list(views) == ["room"]

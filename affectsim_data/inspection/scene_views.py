@@ -12,13 +12,14 @@ from affectsim_data.cameras import Camera, CameraTrajectory
 from affectsim_data.navmesh import NavMesh
 from affectsim_data.poses import FloatArray, look_at
 from affectsim_data.render import ClipSpec, Renderer
+from affectsim_data.render.framing import FAR_M
 from affectsim_data.scenes import Room, Scene
 
 __all__ = ["standing_views", "view_from_above", "without_ceiling"]
 
 _LID_M = 0.25
 """Below the lowest ceiling everything stays."""
-_TOP_HFOV = np.deg2rad(22.0)
+_TOP_HFOV, _MAX_ABOVE_M = np.deg2rad(22.0), 0.8 * FAR_M
 _TILT = 0.12
 """Camera to the south of the middle, as a share of its height: walls show their faces a little."""
 _EYE_M, _LOOK_DOWN = 1.6, 0.12
@@ -41,14 +42,17 @@ def view_from_above(
     scene: Scene, renderer: Renderer, *, width: int, height: int
 ) -> NDArray[np.uint8]:
     """The scene without its ceiling from high above, sRGB, `(height, width, 3)`."""
-    camera = Camera(width, height, hfov=_TOP_HFOV)
     corners = np.concatenate([np.array(room.polygon) for room in scene.rooms])
     low, high = corners.min(axis=0), corners.max(axis=0)
     middle, spans = (low + high) / 2.0, high - low + 0.8
-    half = np.tan([camera.hfov / 2.0, camera.vfov / 2.0])
     floor = min(room.floor_y for room in scene.rooms)
     top = max(room.ceiling_y for room in scene.rooms)
-    distance = float(np.max(spans / 2.0 / half)) + top - floor
+    # Half the width of what has to be in view, and from how far it is; large places get a wider
+    # view, for nothing is drawn beyond the far plane.
+    reach = float(max(spans[0], spans[1] * width / height)) / 2.0
+    above = min(reach / float(np.tan(_TOP_HFOV / 2.0)), _MAX_ABOVE_M)
+    camera = Camera(width, height, hfov=2.0 * float(np.arctan(reach / above)))
+    distance = above + top - floor
     target = np.array([middle[0], floor, middle[1]])
     eye = target + np.array([0.0, distance, _TILT * distance])
     trajectory = CameraTrajectory(look_at(eye, target)[None])
