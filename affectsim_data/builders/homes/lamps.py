@@ -104,17 +104,17 @@ def pendant_cone(palette: Palette, *, rng: np.random.Generator, drop: float = 1.
         lathe(glow, color=_SHADE, material="lamp", segments=28),
         *_cord(0.19, drop),
     ]
-    return piece("lamp", parts, (0.37, 0.37, drop), lamp_y=-0.02)
+    return piece("pendant lamp", parts, (0.37, 0.37, drop), lamp_y=-0.02)
 
 
 def pendant_globe(palette: Palette, *, rng: np.random.Generator, drop: float = 1.0) -> Furniture:
     """A glass ball on a cord."""
     parts = [ball(0.15, (0.0, 0.15, 0.0), color=_SHADE, material="lamp", segments=24),
              *_cord(0.295, drop)]  # fmt: skip
-    return piece("lamp", parts, (0.31, 0.31, drop), lamp_y=0.15)
+    return piece("pendant lamp", parts, (0.31, 0.31, drop), lamp_y=0.15)
 
 
 def pendant_drum(palette: Palette, *, rng: np.random.Generator, drop: float = 1.0) -> Furniture:
     """A broad cloth drum on a cord."""
     parts = [_shade(0.24, 0.24, 0.0, 0.2), *_cord(0.195, drop)]
-    return piece("lamp", parts, (0.49, 0.49, drop), lamp_y=0.1)
+    return piece("pendant lamp", parts, (0.49, 0.49, drop), lamp_y=0.1)

@@ -80,6 +80,10 @@ class Furniture:
     """Where things may be put on it."""
     footprint: tuple[tuple[float, float, float, float], ...] = ()
     """Least x and z, greatest x and z of what it takes of the floor, metres; its box if empty."""
+    licence: str = ""
+    """Of a model from a catalogue, as that states it; empty for a design of our own."""
+    credit: str = ""
+    """Its name and who made it."""
 
 
 def piece(
@@ -138,7 +142,10 @@ class Design(Protocol):
 
 
 _BUILT_IN = frozenset(
-    {"counter", "rug", "curtain", "curtain rod", "picture", "divider", "fireplace", "mirror"}
+    {
+        *("counter", "rug", "curtain", "curtain rod", "picture", "divider", "fireplace"),
+        *("mirror", "pendant lamp"),
+    }
 )
 """Categories that are always made to measure."""
 _SLACK, _LEAST = 1.04, 0.55

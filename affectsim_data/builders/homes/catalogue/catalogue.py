@@ -50,11 +50,10 @@ class Catalogue:
     left_out: dict[str, str]
     """Models that cannot be used, with the reason; grows as models are read."""
     _made: dict[tuple[str, str], Furniture | None] = dataclasses.field(default_factory=dict)
-    _entry_of: dict[int, CatalogueEntry] = dataclasses.field(default_factory=dict)
 
     def __getstate__(self) -> dict[str, Any]:
         """What was made stays behind: elsewhere the same is made again."""
-        return {**self.__dict__, "_made": {}, "_entry_of": {}}
+        return {**self.__dict__, "_made": {}}
 
     @property
     def licences(self) -> Mapping[str, str]:
@@ -103,18 +102,7 @@ class Catalogue:
             except (ValueError, FileNotFoundError) as error:
                 self.left_out[entry.entry_id] = str(error)
                 self._made[key] = None
-            found = self._made[key]
-            if found is not None:
-                self._entry_of[id(found.parts)] = entry
         return self._made[key]
-
-    def entry_of(self, furniture: Furniture) -> CatalogueEntry | None:
-        """The model a piece was made from, for its licence and creator; none if not one of ours.
-
-        Args:
-            furniture: As `piece` gave it, or a copy with other fields but the same `parts`.
-        """
-        return self._entry_of.get(id(furniture.parts))
 
 
 def _reach(entry: CatalogueEntry) -> Size:
@@ -141,7 +129,9 @@ def _furniture(entry: CatalogueEntry, category: str) -> Furniture:
         elif category in TABLES:
             tops = [top for top in [top_of(view, height=entry.top_m)] if top is not None]
     lamp_y = (entry.light_y or _LAMP_SHARE * size[2]) if category == "lamp" else None
-    return piece(category, parts, reach, seats=seats, tops=tops, lamp_y=lamp_y)
+    made = piece(category, parts, reach, seats=seats, tops=tops, lamp_y=lamp_y)
+    credit = f"{entry.name} by {entry.creator}" if entry.creator else entry.name
+    return dataclasses.replace(made, licence=entry.licence or "unknown", credit=credit)
 
 
 def read_catalogue(path: Path) -> Catalogue:
