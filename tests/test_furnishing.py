@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import shapely
+from furniture_laws import bounds_of, crossing_meshes, mesh_of, outline_of, overlapping_boxes
 from furniture_rooms import PALETTE, PURPOSES, drawn_room
 
 from affectsim_data.builders.homes import (
@@ -26,12 +27,11 @@ from affectsim_data.builders.homes import (
     textiles,
 )
 from affectsim_data.builders.homes.furnish import furnish_home
-from affectsim_data.builders.homes.parts import Part, merged
+from affectsim_data.builders.homes.parts import merged
 from affectsim_data.builders.homes.pieces import Furniture
 from affectsim_data.builders.homes.placed import Placed
 from affectsim_data.builders.homes.plans import HomePlan, RoomPlan
 from affectsim_data.builders.homes.purposes import Purpose
-from affectsim_data.poses import FloatArray
 from affectsim_data.scenes.solids import closed_solids
 from affectsim_data.visibility import RayCaster
 
@@ -63,11 +63,6 @@ def _piece(name: str, seed: int = 0) -> Furniture:
     return DESIGNS[name](PALETTE, rng=rng, **_NEEDED.get(name, {}))
 
 
-def _mesh(parts: list[Part] | tuple[Part, ...]) -> tuple[FloatArray, np.ndarray]:
-    whole = merged(parts)
-    return whole.positions, whole.faces
-
-
 @pytest.fixture(params=list(itertools.product(PURPOSES, range(_SEEDS))), ids=str)
 def furnished(request: pytest.FixtureRequest) -> tuple[RoomPlan, tuple[Placed, ...]]:
     """A drawn room and what was put into it, made once."""
@@ -83,23 +78,6 @@ def _furnish(purpose: Purpose, seed: int) -> tuple[RoomPlan, tuple[Placed, ...]]
     return room, furnish_home(HomePlan((room,)), PALETTE, rng=rng).placed
 
 
-def _bounds(placed: Placed) -> FloatArray:
-    """Least and greatest corner of its mesh in the world, `(2, 3)`."""
-    parts = placed.parts()
-    return np.array(
-        [
-            np.min([part.positions.min(axis=0) for part in parts], axis=0),
-            np.max([part.positions.max(axis=0) for part in parts], axis=0),
-        ]
-    )
-
-
-def _outline(placed: Placed, *, shrink: float = 0.0) -> shapely.Polygon:
-    """Its oriented box on the plan."""
-    w, d = placed.piece.width / 2.0 - shrink, placed.piece.depth / 2.0 - shrink
-    return shapely.Polygon([placed.world(x, z) for x, z in ((-w, -d), (w, -d), (w, d), (-w, d))])
-
-
 def _rectangle(rect: tuple[float, float, float, float]) -> shapely.Polygon:
     return shapely.box(*rect)
 
@@ -109,7 +87,7 @@ def test_a_piece_is_a_sound_mesh_in_its_box(name: str) -> None:
     for seed in range(2):
         piece = _piece(name, seed)
         assert piece.category
-        positions, faces = _mesh(piece.parts)
+        positions, faces = mesh_of(piece.parts)
         normals = merged(piece.parts).normals
         assert 60 <= len(faces) <= 12_000
         half = np.array([piece.width, piece.depth]) / 2.0
@@ -129,7 +107,7 @@ def test_a_piece_is_a_sound_mesh_in_its_box(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(DESIGNS))
 def test_no_two_faces_of_a_piece_fight(name: str) -> None:
     """Seen from outside, no second front face lies less than a millimetre behind the first."""
-    positions, faces = _mesh(_piece(name).parts)
+    positions, faces = mesh_of(_piece(name).parts)
     rng = np.random.default_rng(1)
     middle = (positions.min(axis=0) + positions.max(axis=0)) / 2.0
     starts = rng.normal(size=(6000, 3))
@@ -161,7 +139,7 @@ def test_seats_have_the_height_of_seats_and_a_surface_under_them() -> None:
         piece = _piece(name)
         if not piece.seats:
             continue
-        caster = RayCaster(*_mesh(piece.parts))
+        caster = RayCaster(*mesh_of(piece.parts))
         for seat in piece.seats:
             count += 1
             assert 0.42 <= seat.position[1] <= 0.475, name
@@ -182,43 +160,11 @@ def test_sizes_are_those_of_real_furniture() -> None:
 
 
 def test_no_two_boxes_overlap(furnished: tuple[RoomPlan, tuple[Placed, ...]]) -> None:
-    """But for chairs under tables, stools under islands, what stands on a thing, and rugs."""
-    _, placed = furnished
-    boxes = [(_outline(p, shrink=0.005), _bounds(p)) for p in placed]
-    may = ({"chair", "table"}, {"stool", "counter"})
-    for (p, (outline, bounds)), (q, (other, others)) in itertools.combinations(
-        zip(placed, boxes, strict=True), 2
-    ):
-        if {p.piece.category, q.piece.category} in may or "rug" in (
-            p.piece.category, q.piece.category,
-        ):  # fmt: skip
-            continue
-        apart = bounds[0, 1] > others[1, 1] - 2e-3 or others[0, 1] > bounds[1, 1] - 2e-3
-        if apart or "piece" in (p.support, q.support):
-            continue
-        assert outline.intersection(other).area < 1e-6, (p.piece.category, q.piece.category)
+    assert not overlapping_boxes(furnished[1])
 
 
 def test_no_two_meshes_cross(furnished: tuple[RoomPlan, tuple[Placed, ...]]) -> None:
-    _, placed = furnished
-    bounds = [_bounds(p) for p in placed]
-    for (p, box), (q, other) in itertools.combinations(zip(placed, bounds, strict=True), 2):
-        if (box[0] > other[1] - 2e-3).any() or (other[0] > box[1] - 2e-3).any():
-            continue
-        for one, two in ((p, q), (q, p)):
-            positions, faces = _mesh(one.parts())
-            ends = positions[faces[:, [0, 1, 1, 2, 2, 0]]].reshape(-1, 2, 3)
-            near = np.minimum(box[1], other[1]) + 0.01, np.maximum(box[0], other[0]) - 0.01
-            inside = (ends.min(axis=1) <= near[0]).all(axis=1) & (ends.max(axis=1) >= near[1]).all(
-                axis=1
-            )
-            ends = ends[inside]
-            if len(ends) == 0:
-                continue
-            # Feet stand on their ground exactly: they are lifted off it a little.
-            lift = np.array([0.0, 1.5e-3 if one.y > two.y else -1.5e-3, 0.0])
-            crossed = RayCaster(*_mesh(two.parts())).hidden(ends[:, 0] + lift, ends[:, 1] + lift)
-            assert not crossed.any(), (p.piece.category, q.piece.category)
+    assert not crossing_meshes(furnished[1])
 
 
 def test_everything_is_inside_and_leaves_doors_and_kept_floor_free(
@@ -232,11 +178,11 @@ def test_everything_is_inside_and_leaves_doors_and_kept_floor_free(
             wall = room.wall(opening.side)
             kept.append(_rectangle(wall.rect(opening.span, 0.85)))
     for p in placed:
-        low, high = _bounds(p)
+        low, high = bounds_of(p)
         assert (low > (room.x0, -1e-3, room.z0)).all(), p.piece.category
         assert (high < (room.x1, room.ceiling_y + 1e-6, room.z1)).all(), p.piece.category
         if p.support in ("floor", "piece"):
-            outline = _outline(p, shrink=0.002)
+            outline = outline_of(p, shrink=0.002)
             assert not any(outline.intersects(rect) for rect in kept), p.piece.category
 
 
@@ -272,14 +218,14 @@ def test_seats_have_room_for_knees(furnished: tuple[RoomPlan, tuple[Placed, ...]
             assert inside.contains(knees)
             for q in placed:
                 if q is not p and q.support == "floor" and q.piece.category != "rug":
-                    assert not knees.intersects(_outline(q)), (p.piece.category, q.piece.category)
+                    assert not knees.intersects(outline_of(q)), (p.piece.category, q.piece.category)
 
 
 def test_nothing_floats_or_sinks(furnished: tuple[RoomPlan, tuple[Placed, ...]]) -> None:
     room, placed = furnished
     walls = shapely.box(room.x0, room.z0, room.x1, room.z1).exterior
     for p in placed:
-        low, high = _bounds(p)
+        low, high = bounds_of(p)
         if p.support == "floor":
             ground = max(
                 (
@@ -287,7 +233,7 @@ def test_nothing_floats_or_sinks(furnished: tuple[RoomPlan, tuple[Placed, ...]])
                     for q in placed
                     if q.piece.category == "rug"
                     and q is not p
-                    and _outline(q).contains(_outline(p))
+                    and outline_of(q).contains(outline_of(p))
                 ),
                 default=0.0,
             )
@@ -303,7 +249,7 @@ def test_nothing_floats_or_sinks(furnished: tuple[RoomPlan, tuple[Placed, ...]])
                 q.y + top.y
                 for q in placed
                 for top in q.piece.tops
-                if _outline(q).buffer(0.02).contains(_outline(p).centroid)
+                if outline_of(q).buffer(0.02).contains(outline_of(p).centroid)
             ]
             assert min(abs(base - low[1]) for base in bases) < 1e-3, p.piece.category
 

@@ -15,8 +15,9 @@ import sys
 import numpy as np
 import pytest
 import shapely
+from furniture_laws import crossing_meshes, overlapping_boxes
 
-from affectsim_data.builders.homes import HomeRecipe, build_home, home_recipes
+from affectsim_data.builders.homes import HomeRecipe, build_home, design_home, home_recipes
 from affectsim_data.content import content_path
 from affectsim_data.navmesh import NavMesh
 from affectsim_data.poses import FloatArray
@@ -45,11 +46,16 @@ class Finding:
     doors_blocked: tuple[str, ...]
     """Rooms of closed doors that one cannot stand before."""
     rays_escaped: int
+    overlaps: tuple[tuple[str, str], ...]
+    """Pieces of furniture whose boxes overlap by more than 1 cm."""
+    crossings: tuple[tuple[str, str], ...]
+    """Pieces of furniture that go through each other."""
 
 
 def measure(recipe: HomeRecipe) -> Finding:
     """Builds a home without light and drives through it."""
     scene = build_home(recipe, rng=np.random.default_rng(recipe.seed), lit=False)
+    placed = design_home(recipe, rng=np.random.default_rng(recipe.seed)).furnishing.placed
     vertices, faces = scene.mesh()
     navmesh = NavMesh.from_mesh(vertices, faces, agent_radius=0.3, agent_height=1.5, cell_size=0.05)
     floor = [
@@ -78,6 +84,8 @@ def measure(recipe: HomeRecipe) -> Finding:
             )
         ),
         rays_escaped=_rays_escaped(scene, RayCaster(vertices, faces)),
+        overlaps=tuple(overlapping_boxes(placed)),
+        crossings=tuple(crossing_meshes(placed)),
     )
 
 
@@ -128,6 +136,8 @@ def check(findings: list[Finding]) -> None:
             f"doorways blocked: {one.doorways_blocked}": not one.doorways_blocked,
             f"doors blocked: {one.doors_blocked}": not one.doors_blocked,
             f"{one.rays_escaped} rays escaped": not one.rays_escaped,
+            f"furniture overlaps: {one.overlaps}": not one.overlaps,
+            f"furniture crosses: {one.crossings}": not one.crossings,
         }.items()
         if not holds
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections import Counter
 
@@ -21,13 +22,37 @@ from affectsim_data.builders.homes.surfaces import lit_surfaces, unlit_surfaces
 from affectsim_data.poses import FloatArray
 from affectsim_data.scenes import Door, Doorway, Room, Scene, SceneObject, Seat
 
-__all__ = ["build_home"]
+__all__ = ["HomeDesign", "build_home", "design_home"]
 
 _KNOCK_HEIGHT_M = 1.4
 _BELOW_CEILING_M = 0.2
 """Of the light of a ceiling lamp."""
 _SMALL_LAMP = 0.14
 """Power of floor and bedside lamps, of a ceiling lamp's."""
+
+
+@dataclasses.dataclass(frozen=True)
+class HomeDesign:
+    """A home before light falls on it."""
+
+    plan: HomePlan
+    shell: tuple[Part, ...]
+    """Everything that is built in."""
+    furnishing: Furnishing
+
+
+def design_home(
+    recipe: HomeRecipe, *, rng: np.random.Generator, catalogue: FurnitureSource | None = None
+) -> HomeDesign:
+    """Plan, shell and furniture of a recipe; the arguments are those of `build_home`.
+
+    Raises:
+        ValueError: No plan of such rooms was found.
+    """
+    plan = plan_home(recipe, rng=rng)
+    palette = recipe.palette or random_palette(rng)
+    shell = build_shell(plan, palette, rng=rng)
+    return HomeDesign(plan, tuple(shell), furnish_home(plan, palette, rng=rng, catalogue=catalogue))
 
 
 def build_home(
@@ -45,11 +70,9 @@ def build_home(
     Raises:
         ValueError: No plan of such rooms was found.
     """
-    plan = plan_home(recipe, rng=rng)
-    palette = recipe.palette or random_palette(rng)
-    shell = build_shell(plan, palette, rng=rng)
-    furnishing = furnish_home(plan, palette, rng=rng, catalogue=catalogue)
-    parts = [*shell, *_furniture(furnishing)]
+    design = design_home(recipe, rng=rng, catalogue=catalogue)
+    plan, furnishing = design.plan, design.furnishing
+    parts = [*design.shell, *_furniture(furnishing)]
     if lit:
         surfaces = lit_surfaces(parts, *_lights(plan, furnishing), rng=rng)
     else:
