@@ -152,6 +152,8 @@ def test_both_renderers_share_a_process_and_survive_a_terminated_display() -> No
     np.testing.assert_array_equal(egl.render(spec).rgb, expected)
     reference.close()
     np.testing.assert_array_equal(egl.render(spec).rgb, expected)
+    lasting = open_renderer("pyrender")
+    drawn = lasting.render(spec).rgb
     # As pyrender's own `delete` does.
     from affectsim_data.render import egl as library
 
@@ -159,6 +161,8 @@ def test_both_renderers_share_a_process_and_survive_a_terminated_display() -> No
     library._egl().eglMakeCurrent(context._display, None, None, None)
     library.terminate_displays()
     np.testing.assert_array_equal(egl.render(spec).rgb, expected)
+    np.testing.assert_array_equal(lasting.render(spec).rgb, drawn)
+    lasting.close()
     egl.close()
 
 

@@ -143,7 +143,21 @@ class PyrenderRenderer:
         # Its finalizer still calls `delete`.
         offscreen._platform, offscreen._renderer = _Nothing(), _Nothing()
 
+    def _is_lost(self) -> bool:
+        """Whether another user of EGL terminated the display, and the context with it."""
+        from OpenGL.error import GLError
+
+        try:
+            self._offscreen._platform.make_current()
+        except GLError:
+            return True
+        return False
+
     def _open(self, pyrender: Any, width: int, height: int) -> Any:
+        if self._offscreen is not None:
+            self._owner.check()
+            if self._is_lost():
+                self._release()
         if self._offscreen is None:
             index = default_device() if self._device is None else self._device
             devices = egl_devices()
@@ -158,7 +172,6 @@ class PyrenderRenderer:
             except Exception as error:
                 raise RendererUnavailableError(f"pyrender: {error!r}; {INSTALL_HINT}") from error
             self._owner = Owner()
-        self._owner.check()
         self._offscreen.viewport_width, self._offscreen.viewport_height = width, height
         return self._offscreen
 
