@@ -13,6 +13,7 @@ from affectsim_data.navmesh.rasterize import IntArray
 from affectsim_data.poses import FloatArray
 
 __all__ = [
+    "SNAP_TOLERANCE_M",
     "Point",
     "checked_point",
     "checked_points",
@@ -21,8 +22,11 @@ __all__ = [
     "off_mesh",
     "plan_region",
     "random_plan_points",
+    "snapped_points",
 ]
 
+# Largest distance of a start or goal to the navmesh, metres.
+SNAP_TOLERANCE_M = 0.1
 Point = tuple[float, float, float]
 # Of the polygon around a disc that area is drawn from before what is outside is thrown away.
 DISC_SIDES = 32
@@ -94,6 +98,22 @@ def nearest_points(islands: tuple[Island, ...], points: FloatArray) -> tuple[Flo
         closer = offset < best[near]
         chosen = near[closer]
         best[chosen], nearest[chosen], which[chosen] = offset[closer], found[closer], number
+    return nearest, which
+
+
+def snapped_points(
+    islands: tuple[Island, ...], points: FloatArray, max_offset: float = SNAP_TOLERANCE_M
+) -> tuple[FloatArray, IntArray]:
+    """`nearest_points` of points that are near enough.
+
+    Raises:
+        ValueError: A point is farther off than `max_offset`, metres.
+    """
+    nearest, which = nearest_points(islands, points)
+    offset = np.linalg.norm(nearest - points, axis=1)
+    far = np.flatnonzero(offset > max_offset)
+    if len(far):
+        raise off_mesh(points[far[0]], float(offset[far[0]]), max_offset)
     return nearest, which
 
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from affectsim_data.navmesh.build import build_islands
 from affectsim_data.navmesh.islands import Island
 from affectsim_data.navmesh.locating import (
+    SNAP_TOLERANCE_M,
     Point,
     checked_point,
     checked_points,
@@ -23,6 +24,7 @@ from affectsim_data.navmesh.locating import (
     off_mesh,
     plan_region,
     random_plan_points,
+    snapped_points,
 )
 from affectsim_data.navmesh.moves import StepResult, moved, was_clipped
 from affectsim_data.navmesh.rasterize import BoolArray, IntArray
@@ -34,9 +36,6 @@ from affectsim_data.navmesh.ways import pair_lengths
 from affectsim_data.poses import FloatArray
 
 __all__ = ["NavMesh", "StepResult"]
-
-# Largest distance of a start or goal to the navmesh, metres.
-SNAP_TOLERANCE_M = 0.1
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -119,7 +118,7 @@ class NavMesh:
             ValueError: A point is farther off the mesh than `max_offset`, metres.
         """
         points = checked_points(point)
-        snapped, _ = self._snapped(points, max_offset)
+        snapped, _ = snapped_points(self.islands, points, max_offset)
         return snapped.reshape(np.shape(point))
 
     def island(self, point: ArrayLike) -> int:
@@ -184,7 +183,7 @@ class NavMesh:
 
         What an agent's middle may not touch: obstacles and drops are the agent's radius farther.
         """
-        snapped, which = self._snapped(checked_points(points))
+        snapped, which = snapped_points(self.islands, checked_points(points))
         distance = np.empty(len(snapped))
         for number in np.unique(which):
             member = which == number
@@ -198,8 +197,8 @@ class NavMesh:
             starts: `(n, 3)`, or `(3,)` for one start with many ends.
             ends: `(n, 3)`, or `(3,)`.
         """
-        start, start_island = self._snapped(checked_points(starts))
-        end, end_island = self._snapped(checked_points(ends))
+        start, start_island = snapped_points(self.islands, checked_points(starts))
+        end, end_island = snapped_points(self.islands, checked_points(ends))
         shape = np.broadcast_shapes(start.shape, end.shape)
         start, end = (
             np.broadcast_to(start, shape)[:, [0, 2]],
@@ -233,16 +232,16 @@ class NavMesh:
             starts: `(n, 3)`, or `(3,)` for one start with many ends.
             ends: `(n, 3)`, or `(3,)`.
         """
-        start, start_island = self._snapped(checked_points(starts))
-        end, end_island = self._snapped(checked_points(ends))
+        start, start_island = snapped_points(self.islands, checked_points(starts))
+        end, end_island = snapped_points(self.islands, checked_points(ends))
         count = np.broadcast_shapes(start.shape, end.shape)[0]
         one, two = (np.broadcast_to(np.arange(len(p)), count) for p in (start, end))
         return self._pair_lengths(start, start_island, one, end, end_island, two)
 
     def distance_matrix(self, starts: ArrayLike, ends: ArrayLike) -> FloatArray:
         """Lengths of shortest ways from each start `(n, 3)` to each end `(m, 3)`, `(n, m)`."""
-        start, start_island = self._snapped(checked_points(starts))
-        end, end_island = self._snapped(checked_points(ends))
+        start, start_island = snapped_points(self.islands, checked_points(starts))
+        end, end_island = snapped_points(self.islands, checked_points(ends))
         one, two = (grid.ravel() for grid in np.indices((len(start), len(end))))
         lengths = self._pair_lengths(start, start_island, one, end, end_island, two)
         return lengths.reshape(len(start), len(end))
@@ -294,7 +293,7 @@ class NavMesh:
     ) -> FloatArray:
         """`ring_distance` of many starts, `(n, 3)`, to one anchor, metres, `(n,)`."""
         ring = Ring.around(checked_point(anchor), distance, tolerance)
-        snapped, which = self._snapped(checked_points(starts))
+        snapped, which = snapped_points(self.islands, checked_points(starts))
         met = [ring.meets(island) for island in self.islands]
         lengths = np.full(len(snapped), math.inf if any(met) else math.nan)
         for number in np.unique(which):
@@ -370,16 +369,6 @@ class NavMesh:
         offset = math.dist(nearest, point)
         if offset > SNAP_TOLERANCE_M:
             raise off_mesh(np.array(point), offset, SNAP_TOLERANCE_M)
-        return nearest, which
-
-    def _snapped(
-        self, points: FloatArray, max_offset: float = SNAP_TOLERANCE_M
-    ) -> tuple[FloatArray, IntArray]:
-        nearest, which = nearest_points(self.islands, points)
-        offset = np.linalg.norm(nearest - points, axis=1)
-        far = np.flatnonzero(offset > max_offset)
-        if len(far):
-            raise off_mesh(points[far[0]], float(offset[far[0]]), max_offset)
         return nearest, which
 
     def _pair_lengths(
