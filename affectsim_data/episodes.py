@@ -51,6 +51,7 @@ _REFERENCE_PARTS = ("visibility", "alignment", "distance_fit", "framing", "clear
 _CLOSED: tuple[tuple[str, tuple[str | None, ...]], ...] = (
     ("emotion", EMOTIONS),
     ("split", SPLITS),
+    ("scene_split", SPLITS),
     ("family", FAMILIES),
     ("challenge", (*CHALLENGES, None)),
 )
@@ -117,7 +118,11 @@ class Episode:
 
     episode_id: str
     split: Split
+    scene_split: Split
+    """The other way to part episodes: by scene."""
     group_id: str
+    placement_id: str
+    """Shared by episodes that differ in emotion alone."""
     family: Family
     challenge: Challenge | None
     action: str
@@ -125,6 +130,8 @@ class Episode:
     scene_id: str
     target: Participant
     """Whose emotion is asked for."""
+    support: str | None
+    """Seat or door the action is aligned with, by its place in the scene: `seat 7`, `door 2`."""
     partner: Participant | None
     """The other participant of a dyad."""
     target_index: int
@@ -196,7 +203,8 @@ class Episode:
         row: dict[str, Any] = {
             name: getattr(self, name)
             for name in (
-                *("episode_id", "split", "group_id", "family", "challenge", "action", "emotion"),
+                *("episode_id", "split", "scene_split", "group_id", "placement_id", "support"),
+                *("family", "challenge", "action", "emotion"),
                 *("scene_id", "phase_s", "duration_s", "navmesh_sha256", "agent_radius_m"),
                 *("initial_distance_m", "visible_share_init", "visible_share_ref"),
                 *("visible_share_mon", "source", "recipe", "seed", "code_version"),

@@ -32,7 +32,7 @@ __all__ = [
     "schema_to_json",
 ]
 
-SCHEMA_VERSION = "3.0"
+SCHEMA_VERSION = "4.0"
 """Of the data; moves apart from the version of the code."""
 
 Split = Literal["train", "validation", "test"]
@@ -42,7 +42,7 @@ FAMILIES: tuple[Family, ...] = get_args(Family)
 Challenge = Literal["far_visible", "rear_view", "partial_occlusion", "obstacle_detour"]
 CHALLENGES: tuple[Challenge, ...] = get_args(Challenge)
 TableName = Literal[
-    "episodes", "index", "motions", "scenes", "avatars", "predictions", "trajectories"
+    "episodes", "index", "cells", "motions", "scenes", "avatars", "predictions", "trajectories"
 ]
 AssetTable = Literal["motions", "scenes", "avatars"]
 ASSET_TABLES: tuple[AssetTable, ...] = get_args(AssetTable)
@@ -95,7 +95,13 @@ def _point(name: str, description: str, *, nullable: bool = False) -> list[_Colu
 _EPISODES = [
     _Column("episode_id", "string", "Unique in the release"),
     _Column("split", "string", "train, validation or test"),
+    _Column("scene_split", "string", "Split by scene instead: no two of these share a scene"),
     _Column("group_id", "string", "What no two splits share: performer, performance or sequence"),
+    _Column(
+        "placement_id",
+        "string",
+        "Episodes that share anchor, start and challenge, and differ in emotion alone, share this",
+    ),
     _Column("family", "string", "action_grounded, observation_controlled or dyadic"),
     _maybe(
         "challenge",
@@ -113,6 +119,11 @@ _EPISODES = [
     _Column("target", "int32", "Place of the target in its interaction sequence, 0 or 1; 0 alone"),
     *_point("anchor", "Where the target's performance frame stands on the floor"),
     _Column("facing_deg", "float64", "Yaw of that frame: 0 looks along +Z, counter-clockwise"),
+    _maybe(
+        "support",
+        "string",
+        "Seat or door of the scene the action is aligned with: `seat 7`, `door 2`, by place in it",
+    ),
     _maybe("partner_motion_id", "string", "The other participant's motion; null alone"),
     _maybe("partner_performer_id", "string", "Who performed it"),
     _maybe("partner_avatar_id", "string", "The other participant's body"),
@@ -163,11 +174,23 @@ _EPISODES = [
 ]
 
 _INDEX = (
-    *("episode_id", "split", "group_id", "family", "challenge", "action", "emotion"),
+    *("episode_id", "split", "scene_split", "group_id", "placement_id"),
+    *("family", "challenge", "action", "emotion"),
     *("scene_id", "motion_id", "performer_id", "avatar_id", "target"),
     *("partner_motion_id", "partner_performer_id", "partner_avatar_id"),
 )
 """Columns of the episodes that say what an episode is and which files it needs."""
+
+_CELLS = [
+    _Column("split", "string", "train, validation or test"),
+    _Column("family", "string", "action_grounded, observation_controlled or dyadic"),
+    _maybe("challenge", "string", "As in the episodes"),
+    _Column("action", "string", "As in the episodes"),
+    _Column("emotion", "string", "As in the episodes"),
+    _Column("planned", "int64", "Episodes the recipe asks for"),
+    _Column("composed", "int64", "Episodes there are"),
+    _maybe("binding_constraint", "string", "What most of the missing ones failed at; null if none"),
+]
 
 _MOTIONS = [
     _Column("motion_id", "string", "Unique in the release"),
@@ -251,6 +274,7 @@ _TRAJECTORIES = [
 SCHEMAS: dict[TableName, pa.Schema] = {
     "episodes": pa.schema([column.field() for column in _EPISODES]),
     "index": pa.schema([column.field() for column in _EPISODES if column.name in _INDEX]),
+    "cells": pa.schema([column.field() for column in _CELLS]),
     "motions": pa.schema([column.field() for column in _MOTIONS]),
     "scenes": pa.schema([column.field() for column in _SCENES]),
     "avatars": pa.schema([column.field() for column in _AVATARS]),

@@ -208,6 +208,9 @@ def make_episode(**changes: Any) -> Episode:
     fields: dict[str, Any] = {
         "episode_id": "small/0",
         "split": "test",
+        "scene_split": "train",
+        "placement_id": "placement_0",
+        "support": None,
         "group_id": "group-p0",
         "family": "observation_controlled",
         "challenge": "rear_view",
@@ -297,6 +300,9 @@ def small_episodes() -> list[Episode]:
         changes: dict[str, Any] = {
             "episode_id": f"small/{number}",
             "split": SPLITS[number // 2],
+            "scene_split": "train",
+            "placement_id": "placement_0",
+            "support": None,
             "group_id": f"group-{number // 2}",
             "action": motion.action,
             "emotion": motion.emotion,

@@ -15,18 +15,20 @@ from affectsim_data.affordances import rooms_of
 from affectsim_data.builders.assets import load_avatars
 from affectsim_data.builders.building import build_release
 from affectsim_data.builders.casting import Cast, make_cast
-from affectsim_data.builders.composer import Shortfall, compose_slot, make_slots
+from affectsim_data.builders.composer import SceneEpisodes, SceneWork, compose_scene
 from affectsim_data.builders.monitors import plan_monitor
 from affectsim_data.builders.placement import Stage
-from affectsim_data.builders.recipes import read_recipe
+from affectsim_data.builders.recipes import Recipe, read_recipe
 from affectsim_data.builders.scene_sources import (
     BuiltScene,
     build_scene,
     scene_navmesh,
     scene_sources,
 )
+from affectsim_data.builders.slots import Slot, make_slots
 from affectsim_data.content import content_path
 from affectsim_data.episodes import Robot
+from affectsim_data.releases.rows import scene_row
 from affectsim_data.scenes import Surface
 from affectsim_data.visibility import scene_caster
 
@@ -52,7 +54,11 @@ def test_unknown_recipe_lists_the_known_ones() -> None:
         ("[camera]", "[kamera]", r"changed\.toml: unknown entries: kamera"),
         ('family = "dyadic"', 'family = "crowd"', r"family must be one of .*got 'crowd'"),
         ("far_visible", "very_far", r"challenge must be one of .*got 'very_far'"),
-        ('placement = "seat"', 'placement = "bed"', r"floor, seat or pair, got 'bed'"),
+        (
+            'placement = "seat"',
+            'placement = "bed"',
+            r"floor, seat, before_seat, door, pair, got 'bed'",
+        ),
         ("seed = 20260826", "seed = = 3", r"changed\.toml: not TOML"),
         ("seed = 20260826", "", r"changed\.toml: 'seed' is missing"),
         ("hfov_deg = 60.0", "hfov_deg = 190.0", r"hfov must be between 0 and 180 degrees, got 190"),
@@ -76,10 +82,10 @@ def test_recipe_without_motions_of_an_action_is_refused(tmp_path: Path, mini_cas
         make_slots(recipe, mini_cast.performances)
 
 
-def test_performer_without_a_split_is_named(tmp_path: Path) -> None:
+def test_performer_without_a_split_is_named(tmp_path: Path, mini_cast: Cast) -> None:
     recipe = read_recipe(changed_recipe(tmp_path, 'test = ["p4"]', "test = []"))
     with pytest.raises(ValueError, match=r"names no split for performer 'p4'"):
-        recipe.split(performer_id="p4", action="simple_walk")
+        make_slots(recipe, mini_cast.performances)
 
 
 def test_failed_build_leaves_nothing_behind(tmp_path: Path) -> None:
@@ -106,11 +112,23 @@ def _upright(surface: Surface) -> Surface:
 
 
 @pytest.fixture(scope="module")
-def stage() -> Stage:
+def built() -> BuiltScene:
     recipe = read_recipe("mini")
-    built = build_scene(scene_sources(recipe, None)[0], recipe, None)
-    assert isinstance(built, BuiltScene)
-    return Stage.prepare(built.scene, built.navmesh, recipe)
+    result = build_scene(scene_sources(recipe, None)[0], recipe, None)
+    assert isinstance(result, BuiltScene)
+    return result
+
+
+@pytest.fixture(scope="module")
+def stage(built: BuiltScene) -> Stage:
+    return Stage.prepare(built.scene, built.navmesh, read_recipe("mini"))
+
+
+def composed(slot: Slot, built: BuiltScene, cast: Cast, recipe: Recipe) -> SceneEpisodes:
+    performances = {one.motion.motion_id: one for one in cast.performances}
+    row = scene_row(built.scene, built.navmesh)
+    work = SceneWork(row["scene_id"], "train", row["glb"], row["navmesh"], (slot,))
+    return compose_scene(work, performances, recipe)
 
 
 def test_monitors_hang_in_their_room_and_see_its_floor(stage: Stage) -> None:
@@ -124,24 +142,24 @@ def test_monitors_hang_in_their_room_and_see_its_floor(stage: Stage) -> None:
         assert again == monitor
 
 
-def test_slots_share_their_placement_and_depend_on_the_seed(stage: Stage, mini_cast: Cast) -> None:
+def test_slots_share_their_placement_and_depend_on_the_seed(
+    built: BuiltScene, mini_cast: Cast
+) -> None:
     recipe = read_recipe("mini")
     slot = next(s for s in make_slots(recipe, mini_cast.performances) if s.challenge == "rear_view")
-    first = compose_slot(slot, [stage], recipe)
-    assert not isinstance(first, Shortfall)
+    first = composed(slot, built, mini_cast, recipe).episodes
     assert len({episode.emotion for episode in first}) == 5
     assert len({(e.target.anchor, e.start_position, e.start_yaw) for e in first}) == 1
+    assert {episode.placement_id for episode in first} == {slot.key}
     assert len({episode.phase_s for episode in first}) == 5
-    again = compose_slot(slot, [stage], recipe)
-    assert not isinstance(again, Shortfall)
+    again = composed(slot, built, mini_cast, recipe).episodes
     assert [episode.to_row() for episode in again] == [episode.to_row() for episode in first]
-    other = compose_slot(slot, [stage], dataclasses.replace(recipe, seed=1))
-    assert not isinstance(other, Shortfall)
+    other = composed(slot, built, mini_cast, dataclasses.replace(recipe, seed=1)).episodes
     assert other[0].start_position != first[0].start_position
 
 
 def test_impossible_challenge_is_a_shortfall_not_a_loosened_one(
-    stage: Stage, mini_cast: Cast
+    built: BuiltScene, mini_cast: Cast
 ) -> None:
     recipe = read_recipe("mini")
     limits = dataclasses.replace(recipe.thresholds, far_distance_m=60.0)
@@ -149,8 +167,9 @@ def test_impossible_challenge_is_a_shortfall_not_a_loosened_one(
     slot = next(
         s for s in make_slots(recipe, mini_cast.performances) if s.challenge == "far_visible"
     )
-    result = compose_slot(slot, [stage], strict)
-    assert result == Shortfall(slot.key, 5)
+    result = composed(slot, built, mini_cast, strict)
+    assert not result.episodes
+    assert [one.key for one in result.unplaced] == [slot.key]
 
 
 def test_corpus_recipe_needs_a_source(tmp_path: Path) -> None:

@@ -6,8 +6,9 @@ import dataclasses
 import functools
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +16,9 @@ import affectsim_data
 from affectsim_data.avatars import Avatar
 from affectsim_data.builders.assets import load_avatars
 from affectsim_data.builders.casting import Cast, make_cast
-from affectsim_data.builders.composer import Shortfall, Slot, compose_slot, make_slots
 from affectsim_data.builders.corpus_scan import raise_problems
 from affectsim_data.builders.measuring import Performance
-from affectsim_data.builders.placement import Stage
+from affectsim_data.builders.placement import Unplaced
 from affectsim_data.builders.processes import run_parallel
 from affectsim_data.builders.recipes import Recipe, read_recipe
 from affectsim_data.builders.scene_sources import (
@@ -27,13 +27,30 @@ from affectsim_data.builders.scene_sources import (
     build_scene,
     scene_sources,
 )
+from affectsim_data.builders.scheduling import compose_slots
+from affectsim_data.builders.slots import CellKey, Slot, make_slots, planned_counts
 from affectsim_data.episodes import Episode
 from affectsim_data.motions import Motion
 from affectsim_data.releases import Manifest, ReleaseWriter
 from affectsim_data.releases.rows import avatar_row, motion_row, scene_row
-from affectsim_data.schemas import SPLITS
+from affectsim_data.schemas import SPLITS, Challenge, Family, Split
 
-__all__ = ["BuildReport", "build_release"]
+__all__ = ["BuildReport", "Shortfall", "build_release"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Shortfall:
+    """Episodes of a cell that are missing from a release; never filled by loosening a threshold."""
+
+    split: Split
+    family: Family
+    challenge: Challenge | None
+    action: str
+    emotion: str
+    planned: int
+    composed: int
+    binding_constraint: str
+    """What most of their slots failed at."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,7 +59,7 @@ class BuildReport:
 
     manifest: Manifest
     shortfalls: tuple[Shortfall, ...]
-    """Slots without a placement; never filled by loosening a threshold."""
+    """Cells with fewer episodes than the recipe asks for."""
     cast: Cast
     """Who performs, and what screening said of the motions."""
     scenes: tuple[BuiltScene, ...]
@@ -92,11 +109,13 @@ def build_release(
         _check_cast(plan, cast, skip_broken=skip_broken)
         performances: Sequence[Performance] = cast.performances
         slots = make_slots(plan, performances)
-        composed = {action for one in plan.compositions for action in one.actions}
-        performances = [p for p in performances if p.motion.action in composed]
+        used = {motion_id for slot in slots for motion_id in slot.motion_ids}
+        performances = [p for p in performances if p.motion.motion_id in used]
         scenes, failed = _build_scenes(plan, source, workers, skip_broken=skip_broken)
-        episodes, shortfalls = _compose(plan, slots, scenes, workers)
-
+        episodes, cells = _compose(plan, slots, scenes, performances, workers)
+        for split in SPLITS:
+            members = [row for row in cells if row["split"] == split]
+            writer.add_table("cells", members, stem=split)
         _write_tables(writer, episodes, performances, scenes, avatars)
         licences = {motion.licence for motion in _motions(performances)}
         licences |= {one.scene.licence for one in scenes} | {a.licence for a in avatars}
@@ -109,7 +128,10 @@ def build_release(
             robot=plan.robot,
             licences=sorted(licences - {""}),
             redistribution=plan.redistribution,
+            sources=plan.sources,
+            recipe_toml=plan.path.read_text(encoding="utf-8"),
         )
+    shortfalls = tuple(Shortfall(**row) for row in cells if row["composed"] < row["planned"])
     return BuildReport(manifest, shortfalls, cast, scenes, failed)
 
 
@@ -130,18 +152,49 @@ def _build_scenes(
 
 
 def _compose(
-    recipe: Recipe, slots: Sequence[Slot], scenes: Sequence[BuiltScene], jobs: int
-) -> tuple[list[Episode], tuple[Shortfall, ...]]:
-    """The episodes of a recipe, none if it asks for none, and the slots that stayed empty."""
+    recipe: Recipe,
+    slots: Sequence[Slot],
+    scenes: Sequence[BuiltScene],
+    performances: Sequence[Performance],
+    jobs: int,
+) -> tuple[list[Episode], list[dict[str, Any]]]:
+    """The episodes of a recipe, none if it asks for none, and the rows of its cells."""
     if not recipe.compositions:
-        return [], ()
-    stages = [Stage.prepare(one.scene, one.navmesh, recipe) for one in scenes]
-    results = list(run_parallel(_Compose(stages, recipe), slots, jobs, "episodes", recipe.name))
-    composed = [e for result in results if isinstance(result, list) for e in result]
-    if not composed:
+        return [], []
+    rows = [scene_row(one.scene, one.navmesh) for one in scenes]
+    stored = {row["scene_id"]: (row["glb"], row["navmesh"]) for row in rows}
+    by_motion = {one.motion.motion_id: one for one in performances}
+    run = functools.partial(run_parallel, jobs=jobs, what="episodes", name=recipe.name)
+    episodes, unplaced = compose_slots(slots, stored, by_motion, recipe, run)
+    if not episodes:
         raise ValueError(f"{recipe.path}: no episode could be composed; see the thresholds")
-    shortfalls = tuple(result for result in results if isinstance(result, Shortfall))
-    return _number(composed, recipe), shortfalls
+    return _number(episodes, recipe), _cells(slots, by_motion, unplaced)
+
+
+def _cells(
+    slots: Sequence[Slot], performances: Mapping[str, Performance], unplaced: Sequence[Unplaced]
+) -> list[dict[str, Any]]:
+    """Rows of the cells table."""
+    emotion_of = {key: one.motion.emotion for key, one in performances.items()}
+    planned = planned_counts(slots, emotion_of)
+    reasons = {one.key: one.constraint for one in unplaced}
+    lacking = [slot for slot in slots if slot.key in reasons]
+    missing = planned_counts(lacking, emotion_of)
+    constraints: dict[CellKey, Counter[str]] = {}
+    for slot in lacking:
+        for cell in planned_counts([slot], emotion_of):
+            constraints.setdefault(cell, Counter())[reasons[slot.key]] += 1
+    names = ("split", "family", "challenge", "action", "emotion")
+    return [
+        dict(zip(names, cell, strict=True))
+        | {"planned": count, "composed": count - missing.get(cell, 0)}
+        | {
+            "binding_constraint": constraints[cell].most_common(1)[0][0]
+            if cell in missing
+            else None
+        }
+        for cell, count in sorted(planned.items(), key=lambda item: tuple(map(str, item[0])))
+    ]
 
 
 def _check_cast(recipe: Recipe, cast: Cast, *, skip_broken: bool) -> None:
@@ -157,17 +210,6 @@ def _check_cast(recipe: Recipe, cast: Cast, *, skip_broken: bool) -> None:
             for finding in cast.screening.failed(motion.motion_id)[:1]
         ]
         raise_problems(f"{recipe.name}: no motion passed the screening", reasons or ["none read"])
-
-
-class _Compose:
-    """`compose_slot` with its scenes; each worker process receives them once, not per slot."""
-
-    def __init__(self, stages: Sequence[Stage], recipe: Recipe) -> None:
-        self.stages = stages
-        self.recipe = recipe
-
-    def __call__(self, slot: Slot) -> list[Episode] | Shortfall:
-        return compose_slot(slot, self.stages, self.recipe)
 
 
 def _number(episodes: list[Episode], recipe: Recipe) -> list[Episode]:

@@ -1,18 +1,18 @@
-"""Composes episodes: slots of one performer and action under every emotion, placed and measured."""
+"""Composes the episodes of one scene: placements found, then measured under every emotion."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 import affectsim_data
 from affectsim_data.builders.measuring import Performance, cycle_instants
-from affectsim_data.builders.placement import Placement, Stage, find_placement
-from affectsim_data.builders.recipes import Composition, Recipe
+from affectsim_data.builders.placement import Placement, Stage, Unplaced, find_placements
+from affectsim_data.builders.recipes import Recipe
+from affectsim_data.builders.slots import Slot, slot_seed
 from affectsim_data.episodes import (
     RING_DISTANCES_M,
     Episode,
@@ -23,105 +23,64 @@ from affectsim_data.episodes import (
 from affectsim_data.observations import head_camera_pose, monitor_pose, plan_reference
 from affectsim_data.observations.bodies import body_path
 from affectsim_data.poses import FloatArray, compose_pose, yaw_quaternion
-from affectsim_data.schemas import Challenge
+from affectsim_data.schemas import Split
 from affectsim_data.visibility import body_samples, visible_share
 
-__all__ = ["Shortfall", "Slot", "compose_slot", "make_slots"]
+__all__ = ["SceneEpisodes", "SceneWork", "compose_scene"]
 
 
 @dataclasses.dataclass(frozen=True)
-class Slot:
-    """One placement to be found, and the performances that will share it."""
+class SceneWork:
+    """Slots to be placed in one scene."""
 
-    key: str
-    """Stable name: seeds the slot's random numbers, names it in reports; emotion-free."""
-    composition: Composition
-    challenge: Challenge | None
-    performances: tuple[Performance, ...]
-    """The same performer, action and take under each emotion; all takes of a corpus whose takes do
-    not show the same emotions."""
+    scene_id: str
+    scene_split: Split
+    glb: bytes
+    """The scene as the release stores it."""
+    navmesh: bytes
+    """Its navmesh as the release stores it."""
+    slots: tuple[Slot, ...]
 
 
 @dataclasses.dataclass(frozen=True)
-class Shortfall:
-    """A slot for which no placement was found; its episodes are missing from the release."""
+class SceneEpisodes:
+    """What became of them."""
 
-    key: str
-    num_episodes: int
+    scene_id: str
+    episodes: tuple[Episode, ...]
+    """Named by their slot and emotion; numbered when all scenes are done."""
+    unplaced: tuple[Unplaced, ...]
+    """Slots without a placement here, and why."""
 
 
-def make_slots(recipe: Recipe, performances: Sequence[Performance]) -> list[Slot]:
-    """The slots a recipe asks for, in a fixed order.
+def compose_scene(
+    work: SceneWork, performances: Mapping[str, Performance], recipe: Recipe
+) -> SceneEpisodes:
+    """Places slots in a scene and measures an episode for each of their motions.
 
-    Raises:
-        ValueError: A composition finds no motion for one of its actions.
+    The outcome depends on the recipe, the scene and each slot alone, not on what else is placed.
+
+    Args:
+        work: The scene and its slots.
+        performances: By the target's motion.
+        recipe: Thresholds, camera, seed.
     """
-    groups = _groups(performances)
-    slots = []
-    for composition in recipe.compositions:
-        for action in composition.actions:
-            members = {key: group for key, group in sorted(groups.items()) if key[0] == action}
-            if not members:
-                have = ", ".join(sorted({key[0] for key in groups}))
-                raise ValueError(
-                    f"{recipe.path}: [[compose]] wants action {action!r}, but there is no motion "
-                    f"of it; there is: {have}"
-                )
-            slots += [
-                Slot(
-                    "/".join((*key, challenge or composition.family, str(repeat))),
-                    composition,
-                    challenge,
-                    tuple(group),
-                )
-                for key, group in members.items()
-                for challenge in composition.challenges
-                for repeat in range(composition.repeats)
-            ]
-    return slots
-
-
-def _groups(performances: Sequence[Performance]) -> dict[tuple[str, ...], list[Performance]]:
-    """Performances that share placements, by action, performer and, where it can be, take.
-
-    Takes are kept apart where each of them shows the same emotions: then every placement still
-    serves all emotions alike.
-    """
-    groups: dict[tuple[str, str], list[Performance]] = {}
-    for performance in performances:
-        motion = performance.motion
-        groups.setdefault((motion.action, motion.performer_id), []).append(performance)
-    parted: dict[tuple[str, ...], list[Performance]] = {}
-    for key, members in groups.items():
-        takes: dict[int, list[Performance]] = {}
-        for member in members:
-            takes.setdefault(member.motion.take, []).append(member)
-        shown = {tuple(sorted(one.motion.emotion for one in take)) for take in takes.values()}
-        if len(shown) == 1:
-            parted |= {(*key, f"take{number}"): take for number, take in takes.items()}
-        else:
-            parted[key] = members
-    return parted
-
-
-def compose_slot(slot: Slot, stages: Sequence[Stage], recipe: Recipe) -> list[Episode] | Shortfall:
-    """Places a slot in one of the scenes and measures an episode for each of its motions.
-
-    Scenes are tried in a random order; the outcome depends on the recipe's seed and the slot only.
-    """
-    rng = np.random.default_rng([recipe.seed, zlib.crc32(slot.key.encode())])
-    for index in rng.permutation(len(stages)):
-        stage = stages[index]
-        placement = find_placement(
-            stage, slot.composition, slot.challenge, list(slot.performances), recipe, rng=rng
+    stage = Stage.stored(work.scene_id, work.glb, work.navmesh, recipe)
+    placements = find_placements(stage, work.slots, performances, recipe)
+    episodes: list[Episode] = []
+    unplaced: list[Unplaced] = []
+    for slot, placement in zip(work.slots, placements, strict=True):
+        if isinstance(placement, Unplaced):
+            unplaced.append(placement)
+            continue
+        phases = np.random.default_rng([*slot_seed(recipe.seed, slot), 1]).random(
+            len(slot.motion_ids)
         )
-        if placement is not None:
-            phases = rng.random(len(slot.performances))
-            return [
-                _episode(slot, performance, placement, float(phase), stage, recipe)
-                for performance, phase in zip(slot.performances, phases, strict=True)
-            ]
-    return Shortfall(slot.key, len(slot.performances))
+        episodes += [
+            _episode(slot, performances[one], placement, float(phase), stage, recipe, work)
+            for one, phase in zip(slot.motion_ids, phases, strict=True)
+        ]
+    return SceneEpisodes(work.scene_id, tuple(episodes), tuple(unplaced))
 
 
 def _episode(
@@ -131,6 +90,7 @@ def _episode(
     phase: float,
     stage: Stage,
     recipe: Recipe,
+    work: SceneWork,
 ) -> Episode:
     motion = performance.motion
     T_world_performance = compose_pose(yaw_quaternion(placement.facing), placement.anchor)
@@ -144,17 +104,20 @@ def _episode(
     )
     share_init, share_mon = _shares(world, stage, np.stack([start_camera, monitor_camera]))
     participants = [_participant(person) for person in people]
-    grounded = slot.composition.family == "action_grounded"
+    grounded = slot.family == "action_grounded"
     return Episode(
-        episode_id=slot.key,
-        split=recipe.split(performer_id=motion.performer_id, action=motion.action),
+        episode_id=f"{slot.key}/{motion.emotion}",
+        split=slot.split,
+        scene_split=work.scene_split,
         group_id=motion.performer_id if grounded else motion.group_id,
-        family=slot.composition.family,
+        placement_id=slot.key,
+        family=slot.family,
         challenge=slot.challenge,
         action=motion.action,
         emotion=motion.emotion,
         scene_id=stage.scene.scene_id,
         target=participants[0],
+        support=placement.support,
         partner=participants[1] if len(participants) > 1 else None,
         target_index=0,
         start_position=_tuple(placement.start),

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from affectsim_data.affordances import fits, rooms_of
 from affectsim_data.builders.measuring import Performance, Shares, measure_shares
 from affectsim_data.builders.monitors import Monitor, plan_monitor
-from affectsim_data.builders.recipes import Composition, Recipe, Thresholds
+from affectsim_data.builders.recipes import Recipe, Thresholds
+from affectsim_data.builders.slots import Slot, slot_seed
 from affectsim_data.navmesh import NavMesh
 from affectsim_data.observations import head_camera_pose
 from affectsim_data.observations.bodies import body_path
@@ -24,7 +26,7 @@ from affectsim_data.scenes import Scene
 from affectsim_data.schemas import Challenge
 from affectsim_data.visibility import RayCaster, scene_caster
 
-__all__ = ["Placement", "Stage", "find_placement"]
+__all__ = ["Placement", "Stage", "Unplaced", "find_placements"]
 
 SEAT_HEIGHT_M = 0.45
 """Of the seat that seated motions of the canonical body are made for."""
@@ -50,10 +52,16 @@ class Stage:
 
     @classmethod
     def prepare(cls, scene: Scene, navmesh: NavMesh, recipe: Recipe) -> Stage:
-        """Casts and monitors of a scene."""
+        """Rays and monitors of a scene."""
         caster = scene_caster(scene)
         monitors = {room.room_id: plan_monitor(room, recipe.camera, caster) for room in scene.rooms}
         return cls(scene, navmesh, caster, monitors, navmesh_sha256(navmesh))
+
+    @classmethod
+    def stored(cls, scene_id: str, glb: bytes, navmesh: bytes, recipe: Recipe) -> Stage:
+        """The same of a scene as a release stores it."""
+        scene = Scene.from_glb(glb, name=scene_id)
+        return cls.prepare(scene, NavMesh.from_bytes(navmesh, name=scene_id), recipe)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -70,20 +78,47 @@ class Placement:
     """Radians."""
     room_id: str
     """The performer's room."""
+    support: str | None = None
+    """Seat or door the action is aligned with, as `Episode.support`."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Unplaced:
+    """A slot without a placement in a scene."""
+
+    key: str
+    """Of the slot."""
+    constraint: str
+    """The constraint at which the last candidates were lost."""
+    survivors: Mapping[str, int]
+    """Candidates left after each constraint, in order."""
+
+
+def find_placements(
+    stage: Stage, slots: Sequence[Slot], performances: Mapping[str, Performance], recipe: Recipe
+) -> list[Placement | Unplaced]:
+    """For each slot a placement that holds for all its motions, or why there is none."""
+    found: list[Placement | Unplaced] = []
+    for slot in slots:
+        members = [performances[motion_id] for motion_id in slot.motion_ids]
+        rng = np.random.default_rng(slot_seed(recipe.seed, slot))
+        placement = find_placement(stage, slot, members, recipe, rng=rng)
+        found.append(placement or Unplaced(slot.key, "candidates", {}))
+    return found
 
 
 def find_placement(
     stage: Stage,
-    composition: Composition,
-    challenge: Challenge | None,
+    slot: Slot,
     performances: list[Performance],
     recipe: Recipe,
     *,
     rng: np.random.Generator,
 ) -> Placement | None:
     """A placement that holds for every performance, or `None` if no candidate does."""
+    challenge = slot.challenge
     for _ in range(_ROUNDS):
-        anchors, facings = _anchors(stage, composition, performances, rng)
+        anchors, facings = _anchors(stage, slot, performances, rng)
         if not len(anchors):
             continue
         candidates = _pair_up(stage, challenge, anchors, facings, performances, recipe, rng)
@@ -118,12 +153,12 @@ class _Candidates:
 
 def _anchors(
     stage: Stage,
-    composition: Composition,
+    slot: Slot,
     performances: list[Performance],
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
     """Places `(n, 3)` and facings `(n,)` where every performance has the room it needs."""
-    if composition.placement == "seat":
+    if slot.placement == "seat":
         seats = stage.scene.seats
         order = rng.permutation(len(seats))
         positions = np.array([seats[i].position for i in order], np.float64).reshape(-1, 3)

@@ -5,16 +5,17 @@ from __future__ import annotations
 import dataclasses
 import tomllib
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any
 
+from affectsim_data.builders.compositions import Composition, read_compositions, read_split_rule
 from affectsim_data.builders.corpus_recipe import CORPUS_TABLES, load_recipe
 from affectsim_data.builders.scene_recipe import SceneRecipe, read_scene_recipe
 from affectsim_data.cameras import Camera
 from affectsim_data.content import content_names, content_path
 from affectsim_data.episodes import Robot
-from affectsim_data.schemas import CHALLENGES, FAMILIES, SPLITS, Challenge, Family, Split
+from affectsim_data.releases.manifest import Source
 
-__all__ = ["Composition", "Recipe", "Thresholds", "read_recipe"]
+__all__ = ["Recipe", "Thresholds", "read_recipe"]
 
 _KNOWN = {
     *("name", "seed", "camera", "robot", "scenes", "avatars", "performances", "screening"),
@@ -46,33 +47,6 @@ class Thresholds:
 
 
 @dataclasses.dataclass(frozen=True)
-class Composition:
-    """One `[[compose]]` entry: episodes of one family from the motions of some actions."""
-
-    family: Family
-    actions: tuple[str, ...]
-    placement: Literal["floor", "seat", "pair"]
-    """Where the person goes: on free floor, on a seat, or facing a partner."""
-    challenges: tuple[Challenge | None, ...]
-    """One episode per motion and challenge; `(None,)` outside observation_controlled."""
-    repeats: int = 1
-    """Placements per performer, action and challenge."""
-
-    def __post_init__(self) -> None:
-        if self.family not in FAMILIES:
-            raise ValueError(f"[[compose]] family must be one of {FAMILIES}, got {self.family!r}")
-        if self.placement not in ("floor", "seat", "pair"):
-            raise ValueError(
-                f"[[compose]] placement must be floor, seat or pair, got {self.placement!r}"
-            )
-        for challenge in self.challenges:
-            if challenge not in (*CHALLENGES, None):
-                raise ValueError(
-                    f"[[compose]] challenge must be one of {CHALLENGES}, got {challenge!r}"
-                )
-
-
-@dataclasses.dataclass(frozen=True)
 class Recipe:
     """A release to be built."""
 
@@ -87,9 +61,6 @@ class Recipe:
     thresholds: Thresholds
     compositions: tuple[Composition, ...]
     """None: a release of scenes alone."""
-    split_by: Literal["performer", "action"]
-    split_of: dict[str, Split]
-    """Split of every performer or action."""
     document: dict[str, Any]
     """The whole file: motions have tables of their own."""
     path: Path
@@ -105,6 +76,40 @@ class Recipe:
         corpus = "corpus" not in self.document or load_recipe(self.path).redistribution
         return corpus and self.scenes.redistribution
 
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """Where its motions and scenes come from, and on what terms.
+
+        Raises:
+            ValueError: The corpus tables do not say what they must.
+        """
+        found = []
+        if "corpus" in self.document:
+            corpus = load_recipe(self.path)
+            found.append(
+                Source(
+                    corpus.name,
+                    "motions",
+                    corpus.licence,
+                    corpus.redistribution,
+                    corpus.citation,
+                    corpus.obtain,
+                )
+            )
+        if self.scenes.needs_source:
+            one = self.scenes
+            found.append(
+                Source(
+                    self.name,
+                    "scenes",
+                    one.licence,
+                    one.redistribution,
+                    one.citation,
+                    one.obtain,
+                )
+            )
+        return tuple(found)
+
     def with_shell(self) -> Recipe:
         """The recipe with a floor and walls built around scenes that lack their stage.
 
@@ -117,20 +122,6 @@ class Recipe:
                 f"those of this recipe are {self.scenes.kind}"
             )
         return dataclasses.replace(self, scenes=dataclasses.replace(self.scenes, shell=True))
-
-    def split(self, *, performer_id: str, action: str) -> Split:
-        """Where a motion's episodes go.
-
-        Raises:
-            ValueError: The recipe does not say.
-        """
-        key = performer_id if self.split_by == "performer" else action
-        if key not in self.split_of:
-            raise ValueError(
-                f"{self.path}: [splits] names no split for {self.split_by} {key!r}; "
-                "add it to train, validation or test"
-            )
-        return self.split_of[key]
 
 
 def read_recipe(recipe: str | Path) -> Recipe:
@@ -175,19 +166,9 @@ def _is_release(name: str) -> bool:
 
 def _from_document(document: dict[str, Any], path: Path) -> Recipe:
     compose = document.get("compose", ())
-    # Scenes alone have no performers to be split, and no bodies.
-    splits = document["splits"] if compose else {"by": "performer"}
-    split_of = {key: split for split in SPLITS for key in splits.get(split, ())}
-    compositions = tuple(
-        Composition(
-            family=entry["family"],
-            actions=tuple(entry["actions"]),
-            placement=entry["placement"],
-            challenges=tuple(entry.get("challenges", ())) or (None,),
-            repeats=int(entry.get("repeats", 1)),
-        )
-        for entry in compose
-    )
+    splits = document.get("splits")
+    default = None if splits is None else read_split_rule(splits, where=f"{path}: [splits]")
+    compositions = read_compositions(compose, default, where=str(path))
     return Recipe(
         name=document["name"],
         seed=int(document["seed"]),
@@ -197,8 +178,6 @@ def _from_document(document: dict[str, Any], path: Path) -> Recipe:
         avatar_ids=tuple(document["avatars"]["ids"]) if compose else (),
         thresholds=Thresholds(**document.get("thresholds", {})),
         compositions=compositions,
-        split_by=cast(Literal["performer", "action"], splits["by"]),
-        split_of=split_of,
         document=document,
         path=path,
     )

@@ -31,8 +31,10 @@ _REPORT_SCHEMA = pa.schema(
 def build_lines(report: BuildReport) -> list[str]:
     """What is not in the release, indented lines; none if all the recipe asked for is there."""
     lines = [
-        f"  not placed: {shortfall.key} ({shortfall.num_episodes} episodes)"
-        for shortfall in report.shortfalls
+        f"  {one.planned - one.composed} of {one.planned} not placed: "
+        f"{one.split}, {one.challenge or one.family}, {one.action}, {one.emotion}: "
+        f"{one.binding_constraint}"
+        for one in report.shortfalls
     ]
     cast = report.cast
     if cast.left_out:

@@ -18,7 +18,7 @@ from affectsim_data.errors import IntegrityError
 from affectsim_data.releases.partial import Partial
 from affectsim_data.schemas import SCHEMA_VERSION, AssetTable
 
-__all__ = ["MANIFEST_NAME", "FileEntry", "Manifest", "read_verified", "sha256_of"]
+__all__ = ["MANIFEST_NAME", "FileEntry", "Manifest", "Source", "read_verified", "sha256_of"]
 
 MANIFEST_NAME = "MANIFEST.json"
 FORMAT = "affectsim-release"
@@ -45,6 +45,41 @@ class FileEntry:
 
 
 @dataclasses.dataclass(frozen=True)
+class Source:
+    """Where motions, scenes or bodies of a release come from, and on what terms."""
+
+    name: str
+    """Of the corpus or dataset."""
+    kind: str
+    """`motions`, `scenes` or `avatars`."""
+    licence: str
+    """Identifier, SPDX where there is one."""
+    redistribution: bool = True
+    """Whether what is made from it may be passed on."""
+    citation: str = ""
+    """How to cite it."""
+    obtain: str = ""
+    """Where one gets it."""
+
+    @classmethod
+    def from_json(cls, document: Mapping[str, Any]) -> Source:
+        """Reads an entry of the manifest.
+
+        Raises:
+            KeyError: A key lacks.
+            ValueError: `redistribution` is no boolean.
+        """
+        return cls(
+            name=str(document["name"]),
+            kind=str(document["kind"]),
+            licence=str(document["licence"]),
+            redistribution=_boolean(document.get("redistribution", True), "redistribution"),
+            citation=str(document.get("citation", "")),
+            obtain=str(document.get("obtain", "")),
+        )
+
+
+@dataclasses.dataclass(frozen=True)
 class Manifest:
     """The table of contents of a release, and the parameters all its episodes share."""
 
@@ -68,6 +103,10 @@ class Manifest:
     """Version of the data contract."""
     redistribution: bool = True
     """Whether the release may be passed on to others."""
+    sources: tuple[Source, ...] = ()
+    """Where what is inside comes from."""
+    recipe_toml: str = ""
+    """Text of the recipe: thresholds, counts, seeds."""
     partial_of: Partial | None = None
     """What a copy that lacks files of its release was taken from, and which part it is."""
 
@@ -140,6 +179,10 @@ class Manifest:
         # Written only where they say something: other releases keep their bytes.
         if not self.redistribution:
             document["redistribution"] = False
+        if self.sources:
+            document["sources"] = [dataclasses.asdict(source) for source in self.sources]
+        if self.recipe_toml:
+            document["recipe_toml"] = self.recipe_toml
         if self.partial_of is not None:
             document["partial_of"] = self.partial_of.to_json()
         head = json.dumps(document, indent=2).removesuffix("\n}")
@@ -209,6 +252,8 @@ class Manifest:
             licences=tuple(document["licences"]),
             schema_version=str(document["schema_version"]),
             redistribution=_boolean(document.get("redistribution", True), "redistribution"),
+            sources=tuple(Source.from_json(entry) for entry in document.get("sources", ())),
+            recipe_toml=str(document.get("recipe_toml", "")),
             partial_of=partial,
         )
 

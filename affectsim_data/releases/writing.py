@@ -15,7 +15,13 @@ import pyarrow.parquet as pq
 
 from affectsim_data.cameras import Camera
 from affectsim_data.episodes import Robot
-from affectsim_data.releases.manifest import MANIFEST_NAME, FileEntry, Manifest, sha256_of
+from affectsim_data.releases.manifest import (
+    MANIFEST_NAME,
+    FileEntry,
+    Manifest,
+    Source,
+    sha256_of,
+)
 from affectsim_data.schemas import ASSET_TABLES, SCHEMAS, TableName
 
 __all__ = ["ReleaseWriter"]
@@ -103,6 +109,8 @@ class ReleaseWriter:
         robot: Robot,
         licences: Sequence[str],
         redistribution: bool = True,
+        sources: Sequence[Source] = (),
+        recipe_toml: str = "",
     ) -> Manifest:
         """Writes the manifest and moves the release into place.
 
@@ -118,6 +126,8 @@ class ReleaseWriter:
             files=dict(sorted(self._files.items())),
             licences=tuple(licences),
             redistribution=redistribution,
+            sources=tuple(sources),
+            recipe_toml=recipe_toml,
         )
         path = self._staging / MANIFEST_NAME
         path.write_text(manifest.to_json(), encoding="utf-8")
