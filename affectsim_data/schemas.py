@@ -139,7 +139,9 @@ _EPISODES = [
     _Column("monitor_yaw_deg", "float64", "Its yaw: 0 looks along -Z"),
     _Column("monitor_pitch_deg", "float64", "Its pitch: negative looks down"),
     _Column(
-        "reference_azimuth_deg", "float64", "Of the reference camera to the facing, 0 in front"
+        "reference_azimuth_deg",
+        "float64",
+        "Of the reference camera to the facing, 0 in front; at instant 0 if it keeps its side",
     ),
     _Column("reference_distance_m", "float64", "Reference camera to body centre"),
     _Column("reference_height_m", "float64", "Reference camera above the floor"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,17 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from affectsim_data.cameras import Camera
 from affectsim_data.episodes import Person, World
-from affectsim_data.poses import FloatArray
+from affectsim_data.poses import FloatArray, invert_pose, transform_points
 from affectsim_data.scenes import Scene
 
 __all__ = [
     "BodySamples",
+    "MovingCaster",
     "RayCaster",
     "VisibleShare",
     "body_samples",
+    "cycle_instants",
+    "people_samples",
     "scene_caster",
     "visible_share",
 ]
+
+CYCLE_INSTANTS = 12
+"""Instants of a motion cycle at which shares are measured."""
 
 SURFACE_POINTS = 96
 """Body-surface points a share is counted over; DESIGN asks for at least 64."""
@@ -60,8 +67,9 @@ class RayCaster:
         self, origins: ArrayLike, directions: ArrayLike, *, limit: float = np.inf
     ) -> FloatArray:
         """Way to the first hit along unit directions `(..., 3)`, metres `(...)`; `inf` for none."""
-        shape = np.broadcast_shapes(np.shape(origins), np.shape(directions))
-        o, d = (_rays(np.broadcast_to(np.asarray(x), shape)) for x in (origins, directions))
+        o, d = np.asarray(origins, np.float32), np.asarray(directions, np.float32)
+        shape = np.broadcast_shapes(o.shape, d.shape)
+        o, d = (_rays(np.broadcast_to(x, shape)) for x in (o, d))
         if self._embree is not None:
             far = np.float32(min(limit, 1e6))
             # Embree writes into the array of limits it is given and returns that very array.
@@ -77,19 +85,16 @@ class RayCaster:
 
     def hidden(self, eyes: ArrayLike, targets: ArrayLike) -> NDArray[np.bool_]:
         """Whether anything stands between eyes and targets, `(..., 3)` each, bool `(...)`."""
-        eye, target = np.broadcast_arrays(
-            np.asarray(eyes, np.float64), np.asarray(targets, np.float64)
-        )
+        eye, target = np.asarray(eyes, np.float32), np.asarray(targets, np.float32)
         way = target - eye
-        length = np.linalg.norm(way, axis=-1)
-        directions = way / np.maximum(length, 1e-9)[..., None]
-        reach = np.maximum(length - _SURFACE_GAP_M, 0.0)
+        length = np.sqrt(np.einsum("...i,...i->...", way, way))
+        way /= np.maximum(length, np.float32(1e-9))[..., None]
+        reach = np.maximum(length - np.float32(_SURFACE_GAP_M), np.float32(0.0))
+        origins = np.broadcast_to(eye, way.shape)
         if self._embree is None:
-            blocked: NDArray[np.bool_] = self.distance(eye, directions) < reach
+            blocked: NDArray[np.bool_] = self.distance(origins, way) < reach
             return blocked
-        found = self._embree.run(
-            _rays(eye), _rays(directions), dists=_flat(reach), query="OCCLUDED"
-        )
+        found = self._embree.run(_rays(origins), _rays(way), dists=reach.ravel(), query="OCCLUDED")
         return np.asarray(found >= 0).reshape(length.shape)
 
 
@@ -103,29 +108,90 @@ def _rays(vectors: NDArray[Any]) -> NDArray[np.float32]:
     return np.ascontiguousarray(vectors.reshape(-1, 3), np.float32)
 
 
-def _flat(values: NDArray[Any]) -> NDArray[np.float32]:
-    return np.ascontiguousarray(values.reshape(-1), np.float32)
+def cycle_instants(duration_s: float) -> FloatArray:
+    """Instants spread over a cycle at which shares are measured, seconds, `(12,)`."""
+    instants: FloatArray = np.arange(CYCLE_INSTANTS) * duration_s / CYCLE_INSTANTS
+    return instants
 
 
-@dataclasses.dataclass(frozen=True)
+class MovingCaster:
+    """Rays against a body at some instants: a copy for each, far apart, so one batch asks all."""
+
+    _APART_M = 256.0
+    """Farther than rays go; float32 still tells 0.2 mm apart over 12 copies."""
+
+    def __init__(self, vertices: FloatArray, faces: NDArray[Any]) -> None:
+        """Of a mesh that moves.
+
+        Args:
+            vertices: At each instant, `(num_frames, num_vertices, 3)`.
+            faces: Triangles, `(num_triangles, 3)`.
+        """
+        count, num_vertices, _ = vertices.shape
+        self._shift = np.zeros((count, 3))
+        self._shift[:, 0] = self._APART_M * np.arange(count)
+        first = num_vertices * np.arange(count)[:, None, None]
+        self._caster = RayCaster(
+            (vertices + self._shift[:, None]).reshape(-1, 3), (first + faces).reshape(-1, 3)
+        )
+
+    def hidden(self, eyes: ArrayLike, targets: ArrayLike) -> NDArray[np.bool_]:
+        """Whether the body stands between eyes and targets, each `(..., 3)` and
+        broadcast to `(num_frames, ..., 3)`; bool `(num_frames, ...)`."""
+        eye, target = np.broadcast_arrays(
+            np.asarray(eyes, np.float64), np.asarray(targets, np.float64)
+        )
+        shift = self._shift.reshape(-1, *(1,) * (eye.ndim - 2), 3)
+        return self._caster.hidden(eye + shift, target + shift)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class BodySamples:
     """Points on the target's body at some instants, and what else may hide them then."""
 
     points: FloatArray
     """On the target's surface, in the world, `(num_frames, num_points, 3)`."""
-    partner_casters: tuple[RayCaster, ...]
-    """The other participant at each of those instants; empty if there is none."""
+    partner: MovingCaster | None = None
+    """The other participant at each of those instants."""
+    T_partner_world: FloatArray | None = None
+    """Takes eyes and points into the frame `partner` is in, `(4, 4)`; `None` is the identity."""
 
-    def hidden_by_partner(self, eyes: FloatArray) -> NDArray[np.bool_]:
-        """Points the other participant hides from `eyes`, `(num_frames, k, 3)`:
-        bool `(num_frames, k, num_points)`."""
-        shape = (len(self.points), eyes.shape[1], self.points.shape[1])
-        if not self.partner_casters:
-            return np.zeros(shape, bool)
-        frames = zip(self.partner_casters, eyes, self.points, strict=True)
-        return np.stack(
-            [caster.hidden(eye[:, None], target[None]) for caster, eye, target in frames]
+    def placed(self, T_world_performance: ArrayLike) -> BodySamples:
+        """The same body elsewhere: points moved, the partner's rays shared.
+
+        Args:
+            T_world_performance: Where the frame that the samples are in goes, `(4, 4)`.
+        """
+        back = invert_pose(T_world_performance)
+        if self.T_partner_world is not None:
+            back = self.T_partner_world @ back
+        points = transform_points(T_world_performance, self.points)
+        return BodySamples(points, self.partner, back)
+
+    def hidden_by_partner(
+        self, eyes: ArrayLike, points: ArrayLike | None = None
+    ) -> NDArray[np.bool_]:
+        """Points the other participant hides from eyes; nothing if there is no partner.
+
+        Args:
+            eyes: `(num_frames or 1, k, 3)`.
+            points: Other ones than the body's, `(num_frames or 1, k or 1, num_points, 3)`.
+
+        Returns:
+            Bool, `(num_frames, k, num_points)`.
+        """
+        eye = np.asarray(eyes, np.float64)
+        target = self.points[:, None] if points is None else np.asarray(points, np.float64)
+        shape = (
+            len(self.points),
+            *np.broadcast_shapes(eye[:, :, None, 0].shape, target.shape[:-1])[1:],
         )
+        if self.partner is None:
+            return np.zeros(shape, bool)
+        if self.T_partner_world is not None:
+            eye = transform_points(self.T_partner_world, eye)
+            target = transform_points(self.T_partner_world, target)
+        return self.partner.hidden(eye[:, :, None], target).reshape(shape)
 
 
 def body_samples(
@@ -135,19 +201,26 @@ def body_samples(
 
     The points are the same for every episode of a body: drawn by area with a fixed seed.
     """
+    return people_samples(world.people, time_s, num_points=num_points)
+
+
+def people_samples(
+    people: Sequence[Person], time_s: ArrayLike, *, num_points: int = SURFACE_POINTS
+) -> BodySamples:
+    """`body_samples` of a target and, if there is one, its partner, wherever they are."""
     instants = np.asarray(time_s, np.float64)
-    rng = np.random.default_rng(0)
-    samples = world.target.avatar.surface_samples(num_points, rng=rng)
-    points = samples.skin(world.target.joint_matrices(instants))
-    casters = [caster for person in world.people[1:] for caster in _casters(person, instants)]
-    return BodySamples(points=points, partner_casters=tuple(casters))
+    points = _surface_points(people[0], instants, num_points)
+    if len(people) == 1:
+        return BodySamples(points)
+    mesh = people[1].avatar.mesh(max_triangles=_PARTNER_TRIANGLES)
+    return BodySamples(
+        points, MovingCaster(mesh.skin(people[1].joint_matrices(instants)), mesh.faces)
+    )
 
 
-def _casters(person: Person, time_s: FloatArray) -> list[RayCaster]:
-    mesh = person.avatar.mesh(max_triangles=_PARTNER_TRIANGLES)
-    return [
-        RayCaster(vertices, mesh.faces) for vertices in mesh.skin(person.joint_matrices(time_s))
-    ]
+def _surface_points(person: Person, time_s: FloatArray, num_points: int) -> FloatArray:
+    samples = person.avatar.surface_samples(num_points, rng=np.random.default_rng(0))
+    return samples.skin(person.joint_matrices(time_s))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -16,6 +16,7 @@ from benchmarks import (
     index,
     loading,
     navigation,
+    reference,
     render,
     retargeting,
     scenes,
@@ -30,13 +31,17 @@ from benchmarks.tables import write_tables
 _PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
 _MODULES_WITH_PARTS = (
     *(loading, wide, index, fetching, streaming, shuffling, retargeting),
-    *(homes, scenes, navigation),
+    *(homes, scenes, navigation, reference),
 )
 _MODULES = {part: module.__name__ for module in _MODULES_WITH_PARTS for part in module.PARTS}
 """Where the parts are that run in a process of their own."""
 _ON_ONE_CORE = (
     *("throughput", "scene_order"),
-    *(part for module in (index, retargeting, homes, scenes, navigation) for part in module.PARTS),
+    *(
+        part
+        for module in (index, retargeting, homes, scenes, navigation, reference)
+        for part in module.PARTS
+    ),
 )
 
 

@@ -11,6 +11,7 @@ __all__ = ["write_tables"]
 
 _START, _END = "<!-- results start -->", "<!-- results end -->"
 _TITLES = {
+    "reference": "Planning a reference view, one core",
     "render": "Renderer: frames per second, one skinned body",
     "home": "Renderer: a walk through a furnished home, one skinned body",
     "throughput": "Dataset against video decoding, one core, 8 x 224 x 224",

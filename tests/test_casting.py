@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from small_release import box_room
 
 from affectsim_data.builders.assets import load_avatars
 from affectsim_data.builders.building import build_release
@@ -102,7 +103,8 @@ def test_processes_change_nothing_and_built_in_motions_pass() -> None:
     recipe = small(read_recipe("mini"))
     avatars = load_avatars(recipe)
     one, two = (make_cast(recipe, avatars, jobs=jobs) for jobs in (1, 2))
-    assert len(one.performances) == 4 * len(EMOTIONS)
+    actions = recipe.document["performances"]["actions"]
+    assert len(one.performances) == (len(actions) + 1) * len(EMOTIONS)
     assert one.rejected == ()
     for first, second in zip(one.performances, two.performances, strict=True):
         assert same(first.motion, second.motion)
@@ -194,3 +196,89 @@ def test_performances_that_cannot_be_had_are_refused(more: dict[str, object], me
     recipe.document["performances"] |= more
     with pytest.raises(ValueError, match=message):
         make_cast(recipe, load_avatars(recipe))
+
+
+OWN = """
+name = "own"
+seed = 3
+corpora = ["tiny_corpus.toml"]
+[camera]
+width = 224
+height = 224
+hfov_deg = 60.0
+[robot]
+[scenes]
+name = "flats"
+meshes = "*.glb"
+licence = "CC-BY-4.0"
+[avatars]
+ids = ["ada", "ben"]
+[thresholds]
+grounded_visible = 0.2
+[reference]
+weight_clearance = 0.05
+[screening.off]
+frozen = "acted by code, so wrists can rest exactly"
+[splits]
+by = "performer"
+train = ["ann"]
+test = ["bob"]
+[[compose]]
+family = "action_grounded"
+actions = ["scenario"]
+"""
+
+
+def write_own(tmp_path: Path, text: str = OWN) -> Path:
+    """A release of a corpus and mesh files, each in a folder of its own."""
+    joints = "".join(f'{name} = "{name}"\n' for name in JOINT_NAMES)
+    (tmp_path / "tiny_corpus.toml").write_text(CORPUS + joints, encoding="utf-8")
+    path = tmp_path / "own.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_own_motions_and_own_scenes_make_one_release(tmp_path: Path, corpus: Path) -> None:
+    flats = tmp_path / "flats"
+    flats.mkdir()
+    (flats / "hall.glb").write_bytes(box_room("any").to_glb())
+    path = write_own(tmp_path)
+    built = build_release(path, tmp_path / "out", source={"tiny": corpus, "flats": flats}, jobs=1)
+    assert built.shortfalls == ()
+    release = open_release(tmp_path / "out")
+    assert release.asset_ids("scenes") == ["flats/hall"]
+    assert [release.num_episodes(split) for split in ("train", "test")] == [2, 2]
+    terms = {one.name: (one.licence, one.redistribution) for one in release.manifest.sources}
+    assert terms["tiny"] == ("CC-BY-NC-4.0", False)
+    assert terms["flats"] == ("CC-BY-4.0", True)
+    assert release.manifest.redistribution is False
+
+
+def test_recipes_say_which_others_they_read(tmp_path: Path) -> None:
+    recipe = read_recipe(write_own(tmp_path))
+    assert recipe.files == (tmp_path / "own.toml", tmp_path / "tiny_corpus.toml")
+    assert recipe.thresholds.grounded_visible == 0.2
+    assert recipe.reference.weight_clearance == 0.05
+    assert [one.name for one in recipe.needs] == ["tiny", "flats"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("grounded_visible", "grounded_visibel", r"\[thresholds\] knows no .* 'grounded_visible'"),
+        ("= 0.2\n[ref", '= "much"\n[ref', r"\[thresholds\] grounded_visible must be a number"),
+        ("weight_clearance", "weight_clearence", r"\[reference\] knows no .* 'weight_clearance'"),
+        ('name = "flats"', 'name = "tiny"', r"own.toml: two sources are called 'tiny'; give each"),
+        ('"tiny_corpus.toml"', '"kdea"', r"no corpus recipe 'kdea': .* kdae"),
+        ('["tiny_corpus.toml"]', '"kdae"', r"corpora must be a list of names or paths, got 'kdae'"),
+        ("[robot]", "[robot]\nradius = 1", r"\[robot\] knows no 'radius'; is it 'radius_m'\?"),
+        ('meshes = "*.glb"', 'recipe = "hsd"', r"no recipe 'hsd': .* hssd"),
+        ('meshes = "*.glb"', 'meshes = "*"\ncount = -1', r"\[scenes\] count must be a whole"),
+    ],
+)  # fmt: skip
+def test_recipes_that_do_not_fit_are_refused(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    assert OWN.count(old) >= 1
+    with pytest.raises((ValueError, FileNotFoundError), match=message):
+        read_recipe(write_own(tmp_path, OWN.replace(old, new, 1)))

@@ -25,7 +25,7 @@ def test_errors_are_one_line_with_the_way_out(
     assert error.startswith("affectsim: no release")
     assert "Traceback" not in error
     assert main(["build", "maxi", "--out", str(tmp_path / "x")]) == 1
-    assert "bandai_namco, habitat" in capsys.readouterr().err
+    assert "bandai_namco, full, habitat" in capsys.readouterr().err
 
 
 def test_unknown_episode_is_named(

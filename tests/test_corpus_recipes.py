@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from corpus_files import (
     write_smpl,
     write_tree,
 )
+from paper_sources import write_dyads
 
 from affectsim_data.builders.corpora import (
     import_file,
@@ -30,12 +32,15 @@ from affectsim_data.builders.corpora import (
     scan_corpus,
     stature_m,
 )
+from affectsim_data.builders.measuring import partner_place
+from affectsim_data.builders.performances import perform_dyad
 from affectsim_data.motions import EMOTIONS, Motion
 from affectsim_data.motions.bvh import read_bvh
 from affectsim_data.motions.looping import seam_step
+from affectsim_data.poses import transform_points
 from affectsim_data.skeletons import JOINT_NAMES
 
-RECIPES = ("amass", "bandai_namco", "bvh", "cmu", "emilya", "kdae", "xia")
+RECIPES = ("amass", "bandai_namco", "bvh", "cmu", "dyads", "emilya", "kdae", "xia")
 
 
 def check_bend(motion: Motion) -> None:
@@ -57,7 +62,7 @@ def test_every_recipe_says_whose_it_is(name: str) -> None:
     assert recipe.name == name
     assert recipe.licence
     assert recipe.obtain
-    assert recipe.citation or name == "bvh"
+    assert recipe.citation or name in ("bvh", "dyads")
     assert recipe.redistribution == (name == "cmu")
     assert set(recipe.labels.values()) <= set(EMOTIONS)
     assert all(len(reason) > 2 for reason in (*recipe.excluded.values(), *recipe.ignore.values()))
@@ -173,6 +178,103 @@ def test_the_recipe_to_copy_reads_common_exporters(tmp_path: Path) -> None:
     assert {(m.action, m.emotion, m.take) for m in motions} == {("being_seated", "happy", 3)}
     for motion in motions:
         check_bend(motion)
+
+
+def test_dyads_stand_as_they_were_recorded(tmp_path: Path) -> None:
+    write_dyads(tmp_path, 2)
+    reading = read_corpus("dyads", tmp_path)
+    motions = reading.complete()
+    assert [m.motion_id.rsplit("/", 1)[-1] for m in motions] == ["target", "partner"] * 2
+    for number, (target, partner) in enumerate(zip(motions[::2], motions[1::2], strict=True)):
+        emotion = EMOTIONS[number]
+        dyad = perform_dyad(emotion, ("p1", "p2"), rng=np.random.default_rng([9, number]))
+        assert (target.emotion, target.action) == (emotion, "interaction")
+        assert target.group_id == partner.group_id != motions[2 - 2 * number].group_id
+        assert target.performer_id != partner.performer_id
+        assert target.num_frames == partner.num_frames == dyad.target.num_frames
+        body = slice(0, target.num_frames - 20)  # the rest is the seam
+        found, wanted = (
+            np.linalg.norm(
+                one.joint_positions()[body, :, None]
+                - transform_points(pose, other.joint_positions()[body])[:, None],
+                axis=-1,
+            )
+            for one, pose, other in (
+                (target, partner_place(), partner),
+                (dyad.target, dyad.T_target_partner, dyad.partner),
+            )
+        )
+        # Every distance from a joint of the one to a joint of the other.
+        np.testing.assert_allclose(found, wanted, atol=0.012)
+
+
+def centred(path: Path) -> Path:
+    """Moves a BVH file's person to the origin, as some exporters do."""
+    shift_root(path, -first_root(path))
+    return path
+
+
+def first_root(path: Path) -> np.ndarray:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    first = next(n for n, line in enumerate(lines) if line.startswith("Frame Time")) + 1
+    return np.array([float(number) for number in lines[first].split()[:3]]) * [1.0, 0.0, 1.0]
+
+
+def shift_root(path: Path, by_cm: np.ndarray, *, growing: bool = False) -> None:
+    """Moves the person of a BVH file, at once or more and more to the end."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    start = next(n for n, line in enumerate(lines) if line.startswith("Frame Time")) + 1
+    for number in range(start, len(lines)):
+        share = (number - start) / (len(lines) - start) if growing else 1.0
+        x, y, z, rest = lines[number].split(maxsplit=3)
+        place = np.array([float(x), float(y), float(z)]) + share * by_cm
+        lines[number] = " ".join(f"{value:.4f}" for value in place) + f" {rest}"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def shortened(path: Path) -> None:
+    """Leaves out the last second and a half of a BVH file."""
+    lines = path.read_text(encoding="utf-8").splitlines()[:-45]
+    place = next(n for n, line in enumerate(lines) if line.startswith("Frames:"))
+    lines[place] = f"Frames: {len(lines) - place - 2}"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda target, partner: [centred(path) for path in (target, partner)],
+         r"two people 0\.2 to 4\.0 m apart at the start, got 0\.\d\d m; both files must be in"),
+        (lambda target, partner: shortened(partner),
+         r"two files of one recording, equally long, got \d\.\d\d s and \d\.\d\d s"),
+        (lambda target, partner: shift_root(partner, np.array([90.0, 0, 0]), growing=True),
+         r"expected the partner to end within 0\.5 m of where it began, got \d\.\d\d m"),
+    ],
+    ids=["centred", "unequal", "walks off"],
+)  # fmt: skip
+def test_two_files_that_show_no_interaction_are_told(
+    tmp_path: Path, damage: Callable[[Path, Path], object], message: str
+) -> None:
+    write_dyads(tmp_path, 1)
+    damage(*sorted(tmp_path.rglob("*.bvh"), reverse=True))
+    reading = read_corpus("dyads", tmp_path)
+    assert len(reading.failures) == 1
+    with pytest.raises(ValueError, match=rf"pair angry/\S+ and angry/\S+: .*{message}"):
+        reading.complete()
+
+
+def test_files_of_pairs_are_paired_by_name(tmp_path: Path) -> None:
+    names = ["sad/a/target_ann.bvh", "sad/a/partner_bob.bvh", "sad/b/target_ann.bvh"]
+    write_tree(tmp_path, names, "")
+    scan = scan_corpus(load_recipe("dyads"), tmp_path)
+    assert [[file.role for file in clip] for clip in scan.clips()] == [["target", "partner"]]
+    assert scan.excluded("unpaired") == {"dyads/sad/b": 1}
+    write_tree(tmp_path, ["sad/a/target_cai.bvh"], "")
+    with pytest.raises(ValueError, match=r"'dyads/sad/a' must have one target and one partner"):
+        scan_corpus(load_recipe("dyads"), tmp_path)
+    (tmp_path / "sad/a/target_cai.bvh").rename(tmp_path / "sad/a/observer_cai.bvh")
+    with pytest.raises(ValueError, match=r"role 'observer' is neither target nor partner; add it"):
+        scan_corpus(load_recipe("dyads"), tmp_path)
 
 
 @pytest.mark.realdata

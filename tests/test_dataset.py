@@ -22,6 +22,7 @@ from affectsim_data.loaders import condition_names, resolve_clip, resolve_condit
 from affectsim_data.loaders.places import Place
 from affectsim_data.observations import PRef
 from affectsim_data.releases import Release
+from affectsim_data.releases.splits import SplitTable
 
 CLIP = Clip(num_frames=3, width=48, height=48)
 
@@ -308,7 +309,7 @@ def test_folders_are_not_asked_for_files_ahead(
 ) -> None:
     dataset = told(Release(RemoteStore(varied_path)))
     near = told(varied_path)
-    monkeypatch.setattr(Release, "episode_files", lambda *_: 1 / 0)
+    monkeypatch.setattr(SplitTable, "files", lambda *_: 1 / 0)
     assert near.__getitems__([Place(0, 0, 0, ahead=(1, 2))])[0]["position"] == 0
     with pytest.raises(ZeroDivisionError):
         dataset.__getitems__([0])

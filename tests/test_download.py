@@ -94,6 +94,7 @@ def test_a_partial_manifest_says_what_it_is(source: Path, tmp_path: Path) -> Non
         "uri": str(source.resolve()),
         "manifest_sha256": FolderStore(source).manifest.sha256,
         "scene_ids": {"test": ["crate_room"]},
+        "splits": ["train", "validation", "test"],
         "first_rows": {"episodes/test-00001-of-00002.parquet": 1},
     }
     assert manifest.scene_ids("test") == frozenset({"crate_room"})

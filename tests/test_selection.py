@@ -318,6 +318,7 @@ def partial(folder: Path, tmp_path: Path) -> Release:
         uri="hf://datasets/org/varied@0123456",
         manifest_sha256=store.manifest.sha256,
         scene_ids={"train": ("crate_room",)},
+        splits=("train", "validation", "test"),
         first_rows={shard: 0},
     )
     store.manifest = dataclasses.replace(store.manifest, files=files, partial_of=part)

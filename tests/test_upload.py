@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 import tomllib
@@ -20,6 +21,8 @@ from affectsim_data.cards import dataset_card
 from affectsim_data.cli import main
 from affectsim_data.content import content_path
 from affectsim_data.releases import MANIFEST_NAME, open_release
+from affectsim_data.releases.manifest import Source
+from affectsim_data.releases.publishing import check_publishable
 from affectsim_data.releases.stores import FolderStore
 
 PLACE = f"hf://datasets/{REPO_ID}"
@@ -49,10 +52,11 @@ def tree(root: Path) -> dict[str, bytes]:
     }
 
 
-def forbid_passing_on(root: Path) -> None:
-    """Makes it a release that may not be passed on."""
+def forbid_passing_on(root: Path, *sources: Source) -> None:
+    """Makes it a release that may not be passed on, because of these sources."""
+    entries = {"redistribution": False, "sources": [dataclasses.asdict(one) for one in sources]}
     document = json.loads((root / MANIFEST_NAME).read_text())
-    (root / MANIFEST_NAME).write_text(json.dumps({**document, "redistribution": False}))
+    (root / MANIFEST_NAME).write_text(json.dumps({**document, **entries}))
 
 
 def test_what_was_uploaded_comes_back(
@@ -76,6 +80,12 @@ def test_what_was_uploaded_comes_back(
     back = tree(tmp_path / "back")
     card = back.pop("README.md").decode()
     assert back == tree(release_copy)
+    croissant = json.loads((hub.root / "croissant.json").read_text())
+    assert croissant["url"] == f"https://huggingface.co/datasets/{REPO_ID}"
+    hashes = {one["name"]: one["sha256"] for one in croissant["distribution"] if "sha256" in one}
+    assert {name: hashes[name] for name in files} == {
+        name: entry.sha256 for name, entry in files.items()
+    }
     assert card == dataset_card(open_release(release_copy), place=f"{PLACE}@v1")
     assert card.startswith("---\npretty_name: small\n")
     assert f'AffectSimDataset("{PLACE}@v1", split="test"' in card
@@ -104,7 +114,7 @@ def test_a_newer_version_replaces_the_older_one(
         "episodes/validation-00000-of-00001.parquet",
         "index/validation-00000-of-00001.parquet",
     ]
-    assert set(hub.commits[1]["added"]) == {MANIFEST_NAME, "README.md"}
+    assert set(hub.commits[1]["added"]) == {*(MANIFEST_NAME, "README.md", "croissant.json")}
     assert hub.puts == [], "what is there is not sent again"
     assert (hub.root / "figures" / "motions.png").read_bytes() == b"drawn by hand"
     assert client.run("download", PLACE, "--out", tmp_path / "back")[0] == 0
@@ -142,7 +152,7 @@ def test_privacy_is_what_was_asked_for(hub: UploadHub, client: Client, release_c
     assert status == 0, error
     assert hub.private
     card = (hub.root / "README.md").read_text()
-    assert "may not be passed on. Share its recipe" in card
+    assert "**This release may not be passed on.** Share its recipe" in card
     hub.private, hub.token = False, ""
     before = hub.head
     write_release(release_copy, seed=8, overwrite=True)
@@ -182,6 +192,31 @@ def test_who_may_not_write_is_told_how_to(
     assert f"{PLACE}: HF_HUB_OFFLINE is set; unset it to upload" in error
 
 
+def test_pictures_and_what_the_card_was_told_go_along(
+    hub: UploadHub, client: Client, release_copy: Path
+) -> None:
+    told = ("--contact", "https://example.org/misuse", "--published", "2026-11-21")
+    assert main(["card", str(release_copy), *told]) == 0
+    local = tree(release_copy)
+    assert client.run("upload", release_copy, REPO_ID)[0] == 0
+    there = tree(hub.root)
+    for name in ("emotions", "distances", "visibility"):
+        assert there[f"assets/{name}.png"] == local[f"assets/{name}.png"]
+    card, croissant = there["README.md"].decode(), json.loads(there["croissant.json"])
+    assert "(assets/emotions.png)" in card
+    assert "<https://example.org/misuse>" in card
+    assert f'AffectSimDataset("{PLACE}"' in card
+    assert croissant["datePublished"] == "2026-11-21"
+    assert croissant["url"].endswith(REPO_ID)
+    assert tree(release_copy) == local, "the folder is left as it was"
+
+
+def test_croissant_of_ones_own_is_kept(hub: UploadHub, client: Client, release_copy: Path) -> None:
+    (release_copy / "croissant.json").write_text('{"name": "ours"}')
+    assert client.run("upload", release_copy, REPO_ID)[0] == 0
+    assert (hub.root / "croissant.json").read_text() == '{"name": "ours"}'
+
+
 # What is refused before the Hub is asked
 
 
@@ -203,9 +238,37 @@ def test_what_may_not_be_passed_on_is_not(
     forbid_passing_on(release_copy)
     assert main(["upload", str(release_copy), REPO_ID]) == 1
     assert (
-        f"{release_copy}: holds what may not be passed on (CC0-1.0); share its recipe, 'small', "
-        "so that others build it from their own copy of the corpus, or add --private"
+        f"{release_copy}: holds what may not be passed on: its recipe says so of all of it, "
+        "licences CC0-1.0. Share its recipe, 'small', so that others build the release from their "
+        "own copies, or add --private to keep it to yourself"
     ) in capsys.readouterr().err
+
+
+def test_each_source_that_forbids_it_is_named_with_its_licence(
+    release_copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    closed = Source("kdae", "motions", "LicenseRef-Closed", False, obtain="https://kdae.org.")
+    silent = Source("attic", "scenes", "", False)
+    free = Source("homes", "scenes", "CC0-1.0")
+    forbid_passing_on(release_copy, closed, free, silent)
+    assert main(["upload", str(release_copy), REPO_ID]) == 1
+    assert (
+        "may not be passed on: the motions of 'kdae', licence LicenseRef-Closed (to get it: "
+        "https://kdae.org); the scenes of 'attic', licence not stated. Share its recipe"
+    ) in capsys.readouterr().err
+
+
+def test_a_source_that_forbids_it_is_enough(release_copy: Path) -> None:
+    forbid_passing_on(release_copy, Source("kdae", "motions", "LicenseRef-Closed", False))
+    text = (release_copy / MANIFEST_NAME).read_text()
+    (release_copy / MANIFEST_NAME).write_text(
+        text.replace('"redistribution": false, "sources"', '"redistribution": true, "sources"')
+    )
+    store = FolderStore(release_copy)
+    assert store.manifest.redistribution
+    with pytest.raises(ValueError, match="the motions of 'kdae', licence LicenseRef-Closed"):
+        check_publishable(store, private=False)
+    check_publishable(store, private=True)
 
 
 def test_a_part_is_not_uploaded_as_the_whole(

@@ -20,11 +20,15 @@ from small_release import (
 )
 
 from affectsim_data.cameras import Camera
-from affectsim_data.poses import FloatArray, look_at
+from affectsim_data.episodes import Person
+from affectsim_data.poses import FloatArray, compose_pose, look_at, yaw_quaternion
 from affectsim_data.visibility import (
     BodySamples,
+    MovingCaster,
     RayCaster,
     body_samples,
+    cycle_instants,
+    people_samples,
     scene_caster,
     visible_share,
 )
@@ -150,7 +154,7 @@ def test_a_scene_hides_with_all_its_surfaces() -> None:
 def points_and_eye() -> tuple[BodySamples, FloatArray]:
     """Four points around the view axis at one instant, and a camera 3 m before them."""
     points = np.array([[-0.5, 0.0, 0.0], [-0.2, 0.0, 0.0], [0.2, 0.0, 0.0], [0.5, 0.0, 0.0]])
-    return BodySamples(points[None], ()), look_at([0.0, 0.0, 3.0], [0.0, 0.0, 0.0])[None, None]
+    return BodySamples(points[None]), look_at([0.0, 0.0, 3.0], [0.0, 0.0, 0.0])[None, None]
 
 
 def share_of(samples: BodySamples, poses: FloatArray, caster: RayCaster) -> tuple[float, ...]:
@@ -187,7 +191,7 @@ def test_visible_needs_both() -> None:
 def test_one_camera_may_serve_all_instants() -> None:
     samples, poses = points_and_eye()
     twice = BodySamples(
-        np.concatenate([samples.points, samples.points + np.array([0.0, 0.0, 9.0])]), ()
+        np.concatenate([samples.points, samples.points + np.array([0.0, 0.0, 9.0])])
     )
     share = visible_share(twice, poses, CAMERA, caster_of(NOTHING.positions))
     np.testing.assert_allclose(share.visible, [[1.0], [0.0]])
@@ -257,3 +261,40 @@ def test_the_body_does_not_hide_itself() -> None:
         poses = look_at([0.0, 1.2, 3.0], [0.0, 0.9, 0.0])[None, None]
         samples = body_samples(world, [0.0])
         assert visible_share(samples, poses, CAMERA, scene_caster(scene)).visible.min() == 1.0
+
+
+def test_a_moving_body_hides_what_it_hides_at_each_instant() -> None:
+    vertices, faces, eyes, targets = random_soup()
+    moved = vertices + np.array([[[0.0, 0.0, 0.0]], [[0.7, 0.1, -0.4]], [[-1.0, 0.3, 0.2]]])
+    moving = MovingCaster(moved, faces).hidden(eyes, np.broadcast_to(targets, (3, *targets.shape)))
+    alone = [RayCaster(one, faces).hidden(eyes, targets) for one in moved]
+    assert np.mean(moving != np.stack(alone)) < 0.002, "but for rays along an edge"
+    assert 0.05 < moving.mean() < 0.95
+
+
+def test_placed_samples_are_those_of_placed_people() -> None:
+    motion, avatar = circle_motion("c", "sad"), limb_avatar("plain")
+    away = compose_pose(yaw_quaternion(np.pi), np.array([0.0, 0.0, 1.2]))
+    people = [Person(motion, avatar, np.eye(4)), Person(motion, avatar, away)]
+    instants = cycle_instants(motion.duration_s)
+    at_home = people_samples(people, instants)
+    eyes = np.random.default_rng(2).uniform(-3.0, 3.0, (1, 9, 3)) * [1.0, 0.2, 1.0]
+    for yaw, place in ((0.4, (1.0, 0.3, -2.0)), (2.5, (-3.0, 0.0, 1.0))):
+        pose = compose_pose(yaw_quaternion(yaw), np.array(place))
+        there = [Person(one.motion, one.avatar, pose @ one.T_world_performance) for one in people]
+        expected, placed = people_samples(there, instants), at_home.placed(pose)
+        np.testing.assert_allclose(placed.points, expected.points, atol=1e-12)
+        hidden = placed.hidden_by_partner(eyes + place)
+        assert hidden.shape == (12, 9, 96)
+        assert np.mean(hidden != expected.hidden_by_partner(eyes + place)) < 0.002
+        assert 0.0 < hidden.mean() < 1.0
+
+
+def test_cycle_instants_by_hand() -> None:
+    np.testing.assert_allclose(cycle_instants(6.0), np.arange(12) * 0.5)
+
+
+def test_nobody_hides_a_body_that_is_alone() -> None:
+    samples = BodySamples(np.zeros((2, 5, 3)))
+    assert not samples.hidden_by_partner(np.ones((1, 3, 3))).any()
+    assert samples.hidden_by_partner(np.ones((2, 3, 3))).shape == (2, 3, 5)

@@ -135,6 +135,7 @@ def _episode_rows(
             **{name: getattr(motion, name) for name in ("motion_id", "performer_id", "duration_s")},
             "episode_id": f"wide/{split}-{i:05d}",
             "split": split,
+            "scene_split": {7: "validation", 3: "test"}.get(scenes[i] % 10, "train"),
             "challenge": CHALLENGES[challenges[i]],
             "scene_id": scene_ids[scenes[i]],
             "navmesh_sha256": navmesh_hashes[scenes[i]],

@@ -3,54 +3,50 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
-import os
+import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from tqdm import tqdm
 
 import affectsim_data
 from affectsim_data.avatars import Avatar
 from affectsim_data.builders.assets import load_avatars
-from affectsim_data.builders.casting import Cast, make_cast
+from affectsim_data.builders.casting import Cast
+from affectsim_data.builders.cells import Shortfall, cell_rows, shortfalls
+from affectsim_data.builders.checkpoints import Checkpoints, staging_folder
 from affectsim_data.builders.corpus_scan import raise_problems
+from affectsim_data.builders.engines import EngineName, open_engine
+from affectsim_data.builders.fingerprints import build_fingerprint
+from affectsim_data.builders.fitting import fitted, with_unmet
+from affectsim_data.builders.inventory import check_inventory
 from affectsim_data.builders.measuring import Performance
+from affectsim_data.builders.metering import Meter, StageCost
 from affectsim_data.builders.placement import Unplaced
-from affectsim_data.builders.processes import run_parallel
 from affectsim_data.builders.recipes import Recipe, read_recipe
-from affectsim_data.builders.scene_sources import (
-    BuiltScene,
-    FailedScene,
-    build_scene,
-    scene_sources,
+from affectsim_data.builders.scene_sources import FailedScene
+from affectsim_data.builders.slots import Slot, make_slots
+from affectsim_data.builders.sources import SourceGiven
+from affectsim_data.builders.stages import (
+    SceneShelf,
+    StageRunner,
+    StoredScene,
+    compose_slots,
+    make_performances,
+    make_scenes,
 )
-from affectsim_data.builders.scheduling import compose_slots
-from affectsim_data.builders.slots import CellKey, Slot, make_slots, planned_counts
-from affectsim_data.episodes import Episode
+from affectsim_data.builders.units import Rows
 from affectsim_data.motions import Motion
 from affectsim_data.releases import Manifest, ReleaseWriter
-from affectsim_data.releases.rows import avatar_row, motion_row, scene_row
-from affectsim_data.schemas import SPLITS, Challenge, Family, Split
+from affectsim_data.releases.rows import avatar_row, motion_row
+from affectsim_data.schemas import SPLITS
 
 __all__ = ["BuildReport", "Shortfall", "build_release"]
-
-
-@dataclasses.dataclass(frozen=True)
-class Shortfall:
-    """Episodes of a cell that are missing from a release; never filled by loosening a threshold."""
-
-    split: Split
-    family: Family
-    challenge: Challenge | None
-    action: str
-    emotion: str
-    planned: int
-    composed: int
-    binding_constraint: str
-    """What most of their slots failed at."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,171 +58,186 @@ class BuildReport:
     """Cells with fewer episodes than the recipe asks for."""
     cast: Cast
     """Who performs, and what screening said of the motions."""
-    scenes: tuple[BuiltScene, ...]
+    scenes: tuple[StoredScene, ...]
     """The scenes, with what became of what they were made from."""
     failed_scenes: tuple[FailedScene, ...]
     """Scenes that could not be used."""
+    costs: tuple[StageCost, ...]
+    """Units, time and memory of each stage."""
 
 
 def build_release(
     recipe: str | Path,
     out: Path,
     *,
-    source: Path | None = None,
+    source: SourceGiven = None,
     jobs: int | None = None,
     overwrite: bool = False,
     screen_report: Path | None = None,
     skip_broken: bool = False,
     shell: bool = False,
+    engine: EngineName = "local",
+    ray_address: str | None = None,
+    dress: Callable[[Path], None] = lambda _: None,
 ) -> BuildReport:
-    """Builds a release; the same recipe gives the same bytes on any number of processes.
+    """Builds a release; the same recipe gives the same bytes, wherever and in how many pieces.
+
+    What is done is kept in `.NAME.partial` beside `out`. A build that was killed or interrupted
+    goes on from there when it is started again.
 
     Args:
         recipe: Name of a file in `builders/`, or a path.
         out: Folder of the release; appears when it is whole.
-        source: Corpus, scenes or furniture of a recipe that reads some.
-        jobs: Processes; one per core if not given.
+        source: Corpus, scenes or furniture of a recipe that reads some: a folder, or folders by
+            name.
+        jobs: Units in work at once; one per core if not given.
         overwrite: Whether `out` may hold a release already.
         screen_report: Parquet file to write with a row per motion and check; written also when the
             build fails later.
         skip_broken: Whether to leave out motions and scenes that cannot be read.
         shell: Whether imported scenes without a stage get a floor and walls.
+        engine: `local` for processes of this machine, `ray` for a Ray cluster.
+        ray_address: Of the cluster; none starts one on this machine.
+        dress: Called with the folder of the finished release before it is moved into place.
 
     Raises:
         FileNotFoundError: No such recipe or source.
         FileExistsError: Something is at `out`.
+        BlockingIOError: Another build writes to `out`.
         ValueError: The recipe, the corpus or an asset is broken.
     """
     plan = read_recipe(recipe)
     if shell:
         plan = plan.with_shell()
-    workers = jobs or os.cpu_count() or 1
-    with ReleaseWriter(out, overwrite=overwrite) as writer:
+    plan, lacking = check_inventory(plan, source, skip_broken=skip_broken)
+    writer = ReleaseWriter(out, overwrite=overwrite, staging=staging_folder(out) / "release")
+    checkpoints = Checkpoints(out, build_fingerprint(plan, source), say=_say)
+    with (
+        open_engine(engine, jobs=jobs, address=ray_address) as workers,
+        checkpoints,
+        Meter() as meter,
+    ):
+        build = _Build(
+            plan, StageRunner(workers, checkpoints, meter, plan.name), checkpoints, skip_broken
+        )
         avatars = load_avatars(plan)
-        cast = make_cast(plan, avatars, source=source, jobs=workers)
+        with meter.stage("motions"):
+            cast = make_performances(plan, avatars, source, build.run)
         if screen_report is not None:
             cast.screening.write_report(screen_report)
-        _check_cast(plan, cast, skip_broken=skip_broken)
-        performances: Sequence[Performance] = cast.performances
-        slots = make_slots(plan, performances)
-        used = {motion_id for slot in slots for motion_id in slot.motion_ids}
-        performances = [p for p in performances if p.motion.motion_id in used]
-        scenes, failed = _build_scenes(plan, source, workers, skip_broken=skip_broken)
-        episodes, cells = _compose(plan, slots, scenes, performances, workers)
-        for split in SPLITS:
-            members = [row for row in cells if row["split"] == split]
-            writer.add_table("cells", members, stem=split)
-        _write_tables(writer, episodes, performances, scenes, avatars)
-        licences = {motion.licence for motion in _motions(performances)}
-        licences |= {one.scene.licence for one in scenes} | {a.licence for a in avatars}
-        manifest = writer.finish(
-            name=plan.name,
-            recipe=plan.name,
-            seed=plan.seed,
-            code_version=affectsim_data.__version__,
-            camera=plan.camera,
-            robot=plan.robot,
-            licences=sorted(licences - {""}),
-            redistribution=plan.redistribution,
-            sources=plan.sources,
-            recipe_toml=plan.path.read_text(encoding="utf-8"),
-        )
-    shortfalls = tuple(Shortfall(**row) for row in cells if row["composed"] < row["planned"])
-    return BuildReport(manifest, shortfalls, cast, scenes, failed)
+        build.check_cast(cast)
+        asked = plan
+        if skip_broken and plan.compositions:
+            plan, shrunk = fitted(plan, cast.performances)
+            lacking = (*lacking, *shrunk)
+        for line in lacking:
+            _say(line)
+        slots = make_slots(plan, cast.performances)
+        performances = _used(cast.performances, slots)
+        with meter.stage("scenes"):
+            shelf = make_scenes(plan, source, build.run)
+        build.check_scenes(shelf)
+        with meter.stage("episodes"):
+            episodes, unplaced = build.compose(slots, shelf, performances)
+            meter.count(episodes.num_rows)
+        emotion_of = {one.motion.motion_id: one.motion.emotion for one in performances}
+        cells = with_unmet(cell_rows(slots, emotion_of, unplaced), asked, plan)
+        with meter.stage("tables"), writer:
+            _write_tables(writer, episodes, cells, performances, shelf, avatars)
+            licences = {one.licence for one in _motions(performances)}
+            licences |= {one.licence for one in shelf.scenes} | {one.licence for one in avatars}
+            manifest = _finish(writer, plan, licences - {""}, dress)
+            meter.count(len(manifest.files))
+    return BuildReport(
+        manifest, shortfalls(cells), cast, shelf.scenes, shelf.failed, tuple(meter.costs)
+    )
 
 
-def _build_scenes(
-    recipe: Recipe, source: Path | None, jobs: int, *, skip_broken: bool
-) -> tuple[tuple[BuiltScene, ...], tuple[FailedScene, ...]]:
-    """All scenes of a recipe; raises if some cannot be used and may not be skipped."""
-    build = functools.partial(build_scene, recipe=recipe, folder=source)
-    results = list(run_parallel(build, scene_sources(recipe, source), jobs, "scenes", recipe.name))
-    built = tuple(result for result in results if isinstance(result, BuiltScene))
-    failed = tuple(result for result in results if isinstance(result, FailedScene))
-    if failed and (not skip_broken or not built):
+def _say(line: str) -> None:
+    tqdm.write(line, file=sys.stderr)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Build:
+    """One build on its way."""
+
+    recipe: Recipe
+    run: StageRunner
+    checkpoints: Checkpoints
+    skip_broken: bool
+
+    def check_cast(self, cast: Cast) -> None:
+        """Raises if files could not be read and may not be skipped, or if no motion is left."""
+        if cast.failures and not self.skip_broken:
+            hint = "mend or remove them, or add --skip-broken to build without them"
+            self._refuse([failure.reason for failure in cast.failures], hint)
+        if self.recipe.compositions and not cast.performances:
+            reasons = [
+                f"{motion.motion_id}: {finding.reason}"
+                for motion in cast.rejected
+                for finding in cast.screening.failed(motion.motion_id)[:1]
+            ]
+            name = f"{self.recipe.name}: no motion passed the screening"
+            raise_problems(name, reasons or ["none read"])
+
+    def check_scenes(self, shelf: SceneShelf) -> None:
+        """Raises if scenes cannot be used and may not be skipped, or if none is left."""
+        if not shelf.failed or (self.skip_broken and shelf.scenes):
+            return
         hint = "mend them, exclude them in the recipe, or add --skip-broken to build without them"
-        if recipe.scenes.kind == "habitat" and not recipe.scenes.shell:
+        if self.recipe.scenes.kind == "habitat" and not self.recipe.scenes.shell:
             hint += "; --shell builds floor and walls where a stage is missing"
-        raise_problems(recipe.name, [f"{one.scene_id}: {one.reason}" for one in failed], hint=hint)
-    return built, failed
+        self._refuse([f"{one.scene_id}: {one.reason}" for one in shelf.failed], hint)
+
+    def _refuse(self, problems: list[str], hint: str) -> None:
+        """Raises; what could be read is kept for a run that leaves out the rest."""
+        self.checkpoints.keep = not self.skip_broken
+        raise_problems(self.recipe.name, problems, hint=hint)
+
+    def compose(
+        self, slots: Sequence[Slot], shelf: SceneShelf, performances: Sequence[Performance]
+    ) -> tuple[pa.Table, list[Unplaced]]:
+        """Rows of the episodes, none if the recipe asks for none; and slots without a place."""
+        recipe = self.recipe
+        if not recipe.compositions:
+            return Rows.of("episodes", []).arrow, []
+        episodes, unplaced = compose_slots(slots, shelf, performances, recipe, self.run)
+        if not episodes.num_rows:
+            raise ValueError(f"{recipe.path}: no episode could be composed; see the thresholds")
+        return _numbered(episodes, recipe), unplaced
 
 
-def _compose(
-    recipe: Recipe,
-    slots: Sequence[Slot],
-    scenes: Sequence[BuiltScene],
-    performances: Sequence[Performance],
-    jobs: int,
-) -> tuple[list[Episode], list[dict[str, Any]]]:
-    """The episodes of a recipe, none if it asks for none, and the rows of its cells."""
-    if not recipe.compositions:
-        return [], []
-    rows = [scene_row(one.scene, one.navmesh) for one in scenes]
-    stored = {row["scene_id"]: (row["glb"], row["navmesh"]) for row in rows}
-    by_motion = {one.motion.motion_id: one for one in performances}
-    run = functools.partial(run_parallel, jobs=jobs, what="episodes", name=recipe.name)
-    episodes, unplaced = compose_slots(slots, stored, by_motion, recipe, run)
-    if not episodes:
-        raise ValueError(f"{recipe.path}: no episode could be composed; see the thresholds")
-    return _number(episodes, recipe), _cells(slots, by_motion, unplaced)
+def _used(performances: Sequence[Performance], slots: Sequence[Slot]) -> list[Performance]:
+    """The performances of some slots.
+
+    Raises:
+        ValueError: Motion ids repeat.
+    """
+    used = {motion_id for slot in slots for motion_id in slot.motion_ids}
+    chosen = [one for one in performances if one.motion.motion_id in used]
+    counts = Counter(motion.motion_id for motion in _motions(chosen))
+    if repeated := sorted(key for key, count in counts.items() if count > 1):
+        raise ValueError(f"motion ids repeat: {', '.join(repeated[:10])}")
+    return chosen
 
 
-def _cells(
-    slots: Sequence[Slot], performances: Mapping[str, Performance], unplaced: Sequence[Unplaced]
-) -> list[dict[str, Any]]:
-    """Rows of the cells table."""
-    emotion_of = {key: one.motion.emotion for key, one in performances.items()}
-    planned = planned_counts(slots, emotion_of)
-    reasons = {one.key: one.constraint for one in unplaced}
-    lacking = [slot for slot in slots if slot.key in reasons]
-    missing = planned_counts(lacking, emotion_of)
-    constraints: dict[CellKey, Counter[str]] = {}
-    for slot in lacking:
-        for cell in planned_counts([slot], emotion_of):
-            constraints.setdefault(cell, Counter())[reasons[slot.key]] += 1
-    names = ("split", "family", "challenge", "action", "emotion")
-    return [
-        dict(zip(names, cell, strict=True))
-        | {"planned": count, "composed": count - missing.get(cell, 0)}
-        | {
-            "binding_constraint": constraints[cell].most_common(1)[0][0]
-            if cell in missing
-            else None
-        }
-        for cell, count in sorted(planned.items(), key=lambda item: tuple(map(str, item[0])))
-    ]
-
-
-def _check_cast(recipe: Recipe, cast: Cast, *, skip_broken: bool) -> None:
-    """Raises if files could not be read and may not be skipped, or if no motion is left."""
-    if cast.failures and not skip_broken:
-        problems = [failure.reason for failure in cast.failures]
-        hint = "mend or remove them, or add --skip-broken to build without them"
-        raise_problems(recipe.name, problems, hint=hint)
-    if recipe.compositions and not cast.performances:
-        reasons = [
-            f"{motion.motion_id}: {finding.reason}"
-            for motion in cast.rejected
-            for finding in cast.screening.failed(motion.motion_id)[:1]
-        ]
-        raise_problems(f"{recipe.name}: no motion passed the screening", reasons or ["none read"])
-
-
-def _number(episodes: list[Episode], recipe: Recipe) -> list[Episode]:
+def _numbered(episodes: pa.Table, recipe: Recipe) -> pa.Table:
     """Orders and names the episodes of each split: scene by scene, shuffled within a scene.
 
     Scene by scene, so that reading a split in order, or a part of it, needs few scenes at a time;
     shuffled, so that no name tells an emotion.
     """
     rng = np.random.default_rng([recipe.seed, 3])
-    numbered = []
+    split_of, scene_of = (episodes.column(name).to_numpy() for name in ("split", "scene_id"))
+    rows, names = [], []
     for split in SPLITS:
-        members = [episode for episode in episodes if episode.split == split]
-        shuffled = [members[index] for index in rng.permutation(len(members))]
-        for place, episode in enumerate(sorted(shuffled, key=lambda one: one.scene_id)):
-            episode_id = f"{recipe.name}/{split}-{place:05d}"
-            numbered.append(dataclasses.replace(episode, episode_id=episode_id))
-    return numbered
+        members = np.flatnonzero(split_of == split)
+        shuffled = members[rng.permutation(len(members))]
+        rows.append(shuffled[np.argsort(scene_of[shuffled], kind="stable")])
+        names += [f"{recipe.name}/{split}-{place:05d}" for place in range(len(members))]
+    ordered = episodes.take(np.concatenate(rows))
+    place = ordered.schema.get_field_index("episode_id")
+    return ordered.set_column(place, ordered.schema.field(place), pa.array(names, pa.string()))
 
 
 def _motions(performances: Sequence[Performance]) -> list[Motion]:
@@ -240,18 +251,35 @@ def _motions(performances: Sequence[Performance]) -> list[Motion]:
 
 def _write_tables(
     writer: ReleaseWriter,
-    episodes: Sequence[Episode],
+    episodes: pa.Table,
+    cells: Sequence[dict[str, Any]],
     performances: Sequence[Performance],
-    scenes: Sequence[BuiltScene],
+    shelf: SceneShelf,
     avatars: Sequence[Avatar],
 ) -> None:
     for split in SPLITS:
-        rows = [episode.to_row() for episode in episodes if episode.split == split]
-        writer.add_table("episodes", rows, stem=split)
+        writer.add_table("cells", [row for row in cells if row["split"] == split], stem=split)
+        writer.add_table("episodes", episodes.filter(pc.field("split") == split), stem=split)
     motions = _motions(performances)
-    repeated = [key for key, n in Counter(motion.motion_id for motion in motions).items() if n > 1]
-    if repeated:
-        raise ValueError(f"motion ids repeat: {', '.join(sorted(repeated)[:10])}")
-    writer.add_table("motions", [motion_row(motion) for motion in motions])
-    writer.add_table("scenes", [scene_row(one.scene, one.navmesh) for one in scenes])
+    rows = (Rows.of("motions", [motion_row(motion)]).arrow for motion in motions)
+    writer.add_assets("motions", rows, count=len(motions))
+    writer.add_assets("scenes", shelf.rows(), count=len(shelf.scenes))
     writer.add_table("avatars", [avatar_row(avatar) for avatar in avatars])
+
+
+def _finish(
+    writer: ReleaseWriter, recipe: Recipe, licences: set[str], dress: Callable[[Path], None]
+) -> Manifest:
+    return writer.finish(
+        name=recipe.name,
+        recipe=recipe.name,
+        seed=recipe.seed,
+        code_version=affectsim_data.__version__,
+        camera=recipe.camera,
+        robot=recipe.robot,
+        licences=sorted(licences),
+        redistribution=recipe.redistribution,
+        sources=recipe.sources,
+        recipe_toml=recipe.path.read_text(encoding="utf-8"),
+        dress=dress,
+    )

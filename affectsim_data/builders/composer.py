@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 import affectsim_data
-from affectsim_data.builders.measuring import Performance, cycle_instants
+from affectsim_data.builders.measuring import Measures, Performance, measure_performance
+from affectsim_data.builders.monitors import Monitor
 from affectsim_data.builders.placement import Placement, Stage, Unplaced, find_placements
 from affectsim_data.builders.recipes import Recipe
 from affectsim_data.builders.slots import Slot, slot_seed
@@ -18,13 +20,13 @@ from affectsim_data.episodes import (
     Episode,
     Participant,
     Person,
-    World,
 )
-from affectsim_data.observations import head_camera_pose, monitor_pose, plan_reference
-from affectsim_data.observations.bodies import body_path
+from affectsim_data.observations import head_camera_pose, monitor_pose
+from affectsim_data.observations.reference import ReferencePlanner
+from affectsim_data.observations.tracks import body_track
 from affectsim_data.poses import FloatArray, compose_pose, yaw_quaternion
 from affectsim_data.schemas import Split
-from affectsim_data.visibility import body_samples, visible_share
+from affectsim_data.visibility import visible_share
 
 __all__ = ["SceneEpisodes", "SceneWork", "compose_scene"]
 
@@ -73,36 +75,63 @@ def compose_scene(
         if isinstance(placement, Unplaced):
             unplaced.append(placement)
             continue
+        setting = _Setting.of(slot, placement, stage, recipe)
         phases = np.random.default_rng([*slot_seed(recipe.seed, slot), 1]).random(
             len(slot.motion_ids)
         )
         episodes += [
-            _episode(slot, performances[one], placement, float(phase), stage, recipe, work)
+            _episode(setting, performances[one], float(phase), stage, recipe, work)
             for one, phase in zip(slot.motion_ids, phases, strict=True)
         ]
     return SceneEpisodes(work.scene_id, tuple(episodes), tuple(unplaced))
 
 
+@dataclasses.dataclass(frozen=True)
+class _Setting:
+    """What all episodes of a slot share."""
+
+    slot: Slot
+    placement: Placement
+    T_world_performance: FloatArray
+    """`(4, 4)`."""
+    T_world_camera: FloatArray
+    """Head camera at the start, and monitor, `(2, 4, 4)`."""
+    monitor: Monitor
+    d_star: Mapping[int, float | str]
+
+    @classmethod
+    def of(cls, slot: Slot, placement: Placement, stage: Stage, recipe: Recipe) -> _Setting:
+        monitor = stage.monitors[placement.room_id]
+        place = compose_pose(yaw_quaternion(placement.facing), placement.anchor)
+        start = head_camera_pose(placement.start, np.array(placement.start_yaw), recipe.robot)
+        above = monitor_pose(
+            np.array(monitor.position), np.array(monitor.yaw), np.array(monitor.pitch)
+        )
+        cameras = np.stack([start, above])
+        return cls(slot, placement, place, cameras, monitor, _d_star(stage, placement))
+
+
 def _episode(
-    slot: Slot,
+    setting: _Setting,
     performance: Performance,
-    placement: Placement,
     phase: float,
     stage: Stage,
     recipe: Recipe,
     work: SceneWork,
 ) -> Episode:
+    slot, placement, monitor = setting.slot, setting.placement, setting.monitor
     motion = performance.motion
-    T_world_performance = compose_pose(yaw_quaternion(placement.facing), placement.anchor)
-    people = performance.people(T_world_performance)
-    world = World(stage.scene, people, recipe.camera, recipe.robot)
-    reference, share_ref = plan_reference(world, stage.caster)
-    monitor = stage.monitors[placement.room_id]
-    start_camera = head_camera_pose(placement.start, np.array(placement.start_yaw), recipe.robot)
-    monitor_camera = monitor_pose(
-        np.array(monitor.position), np.array(monitor.yaw), np.array(monitor.pitch)
+    people = performance.people(setting.T_world_performance)
+    measures = measure_performance(performance)
+    planner = _planner_of(performance, measures, recipe)
+    reference, share_ref = planner.plan(setting.T_world_performance, stage.caster)
+    shares = visible_share(
+        measures.samples.placed(setting.T_world_performance),
+        setting.T_world_camera[None],
+        recipe.camera,
+        stage.caster,
     )
-    share_init, share_mon = _shares(world, stage, np.stack([start_camera, monitor_camera]))
+    share_init, share_mon = (float(share) for share in shares.visible.mean(axis=0))
     participants = [_participant(person) for person in people]
     grounded = slot.family == "action_grounded"
     return Episode(
@@ -128,10 +157,10 @@ def _episode(
         monitor_yaw=monitor.yaw,
         monitor_pitch=monitor.pitch,
         reference=reference,
-        d_star=_d_star(stage, placement),
+        d_star=setting.d_star,
         navmesh_sha256=stage.navmesh_sha256,
         agent_radius_m=recipe.robot.radius_m,
-        initial_bearing=_bearing(people[0], placement),
+        initial_bearing=_bearing(measures.mean_heading, placement),
         visible_share_init=share_init,
         visible_share_ref=share_ref,
         visible_share_mon=share_mon,
@@ -142,11 +171,18 @@ def _episode(
     )
 
 
-def _shares(world: World, stage: Stage, cameras: FloatArray) -> tuple[float, ...]:
-    duration = world.target.motion.duration_s
-    samples = body_samples(world, cycle_instants(duration))
-    shares = visible_share(samples, cameras[None], world.camera, stage.caster)
-    return tuple(float(share) for share in shares.visible.mean(axis=0))
+_planners: WeakKeyDictionary[Measures, tuple[Recipe, ReferencePlanner]] = WeakKeyDictionary()
+"""Of the performances whose measures are kept."""
+
+
+def _planner_of(performance: Performance, measures: Measures, recipe: Recipe) -> ReferencePlanner:
+    """What plans reference views of a performance, made when it is first placed."""
+    known = _planners.get(measures)
+    if known is None or known[0] is not recipe:
+        track = body_track(performance.people(np.eye(4)), samples=measures.samples)
+        known = recipe, ReferencePlanner(track, recipe.camera, recipe.reference)
+        _planners[measures] = known
+    return known[1]
 
 
 def _d_star(stage: Stage, placement: Placement) -> dict[int, float | str]:
@@ -161,11 +197,10 @@ def _d_star(stage: Stage, placement: Placement) -> dict[int, float | str]:
     return distances
 
 
-def _bearing(target: Person, placement: Placement) -> float:
+def _bearing(mean_heading: float, placement: Placement) -> float:
     """Start seen from the target, off its mean facing, radians in (-pi, pi]."""
-    heading = float(np.angle(np.exp(1j * body_path(target).heading).mean()))
     x, _, z = placement.start - placement.anchor
-    return math.remainder(math.atan2(x, z) - heading, math.tau)
+    return math.remainder(math.atan2(x, z) - placement.facing - mean_heading, math.tau)
 
 
 def _participant(person: Person) -> Participant:

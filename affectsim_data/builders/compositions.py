@@ -1,12 +1,30 @@
-"""`[[compose]]` of a recipe: which motions become episodes, how many, where, and in which split."""
+"""`[[compose]]` of a recipe: which motions become episodes, how many, where, and in which split.
+
+    [[compose]]
+    family = "observation_controlled"
+    actions = ["scenario"]              # or shares: { simple_walk = 3, sit_down = 1 }
+    emotions = ["angry", "sad"]         # all five if not given
+    challenges = ["far_visible", "rear_view"]   # or shares; this family alone has them
+    placement = "floor"                 # what the action needs if not given
+    split_by = "performance"            # or performer; [splits] of the recipe if not given
+    performers = { train = 8, validation = 2, test = 2 }    # or names; with split_by performer
+    motions = { train = 669, validation = 84, test = 84 }   # all there are if not given
+    episodes = { train = 6643, validation = 831, test = 832 }   # or repeats = 30 for every motion
+
+Episodes of a split are shared out to challenges and actions exactly, and to emotions evenly: the
+motions of a matched set, one of each emotion, always share their placements. Where emotions shall
+be unequal, several entries name them.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any, Literal, cast, get_args
 
 from affectsim_data.builders.recipe_keys import check_keys
+from affectsim_data.motions import EMOTIONS, Emotion
 from affectsim_data.schemas import CHALLENGES, FAMILIES, SPLITS, Challenge, Family, Split
 
 __all__ = ["Composition", "PlacementKind", "SplitRule", "read_compositions", "read_split_rule"]
@@ -26,7 +44,7 @@ SplitBy = Literal["performer", "performance", "action"]
 SPLIT_BY: tuple[SplitBy, ...] = get_args(SplitBy)
 _KEYS = (
     *("family", "actions", "placement", "challenges", "repeats", "episodes", "motions"),
-    *("split_by", "performers"),
+    *("emotions", "split_by", "performers"),
 )
 
 
@@ -52,6 +70,8 @@ class Composition:
     challenges: Mapping[Challenge | None, float]
     """Challenges and their shares of the episodes; `{None: 1}` outside observation_controlled."""
     split_rule: SplitRule
+    emotions: tuple[Emotion, ...] = EMOTIONS
+    """Motions of others are left out."""
     motions: Mapping[Split, int] | None = None
     """How many motions each split uses; all there are if not given."""
     episodes: Mapping[Split, int] | None = None
@@ -108,23 +128,40 @@ def _composition(entry: Any, default: SplitRule | None, where: str) -> Compositi
         raise ValueError(
             f"{where} placement must be one of {', '.join(PLACEMENT_KINDS)}, got {placement!r}"
         )
-    challenges = _shares(entry.get("challenges", []), where=f"{where} challenges")
+    challenges = _shares(entry.get("challenges", []), least=0, where=f"{where} challenges")
     for challenge in challenges:
         if challenge not in CHALLENGES:
             raise ValueError(f"{where} challenge must be one of {CHALLENGES}, got {challenge!r}")
     if bool(challenges) != (family == "observation_controlled"):
         raise ValueError(f"{where} challenges are for observation_controlled, and it needs some")
-    episodes = _counts(entry.get("episodes"), where=f"{where} episodes")
     return Composition(
         family=cast(Family, family),
-        actions=_shares(entry["actions"], where=f"{where} actions"),
+        actions=_shares(entry["actions"], least=1, where=f"{where} actions"),
         placement=cast(PlacementKind | None, placement),
         challenges=cast("dict[Challenge | None, float]", challenges) or {None: 1.0},
         split_rule=_split_rule(entry, default, where),
+        emotions=_emotions(entry.get("emotions", EMOTIONS), where=f"{where} emotions"),
         motions=_counts(entry.get("motions"), where=f"{where} motions"),
-        episodes=episodes,
-        repeats=int(entry.get("repeats", 1)),
+        episodes=_counts(entry.get("episodes"), where=f"{where} episodes"),
+        repeats=_repeats(entry, where=where),
     )
+
+
+def _repeats(entry: Mapping[str, Any], *, where: str) -> int:
+    repeats = entry.get("repeats", 1)
+    if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
+        raise ValueError(f"{where} repeats must be a whole number from 1, got {repeats!r}")
+    if "repeats" in entry and "episodes" in entry:
+        raise ValueError(f"{where} has both repeats and episodes; keep one of them")
+    return repeats
+
+
+def _emotions(value: Any, *, where: str) -> tuple[Emotion, ...]:
+    """Emotions in label order."""
+    names = list(value) if isinstance(value, list | tuple) else [value]
+    if not names or any(name not in EMOTIONS for name in names):
+        raise ValueError(f"{where} must be some of {', '.join(EMOTIONS)}, got {value!r}")
+    return tuple(emotion for emotion in EMOTIONS if emotion in names)
 
 
 def _split_rule(entry: Mapping[str, Any], default: SplitRule | None, where: str) -> SplitRule:
@@ -147,24 +184,35 @@ def _split_rule(entry: Mapping[str, Any], default: SplitRule | None, where: str)
 def _members(table: Any, *, where: str) -> dict[Split, tuple[str, ...] | int]:
     check_keys(table, SPLITS, where=where)
     members: dict[Split, tuple[str, ...] | int] = {}
-    for split, value in table.items():
+    for split in (one for one in SPLITS if one in table):
+        value = table[split]
         if isinstance(value, list) and all(isinstance(one, str) for one in value):
             members[split] = tuple(value)
         elif isinstance(value, int) and not isinstance(value, bool) and value >= 0:
             members[split] = value
         else:
             raise ValueError(f"{where} {split} must be names or how many, got {value!r}")
+    named = Counter(
+        name for value in members.values() if isinstance(value, tuple) for name in value
+    )
+    if repeated := [name for name, count in named.items() if count > 1]:
+        raise ValueError(f"{where} names {repeated[0]!r} more than once")
     return members
 
 
-def _shares(value: Any, *, where: str) -> dict[str, float]:
-    """Names with equal shares from a list, or with the shares of a table; they sum to 1."""
+def _shares(value: Any, *, least: int, where: str) -> dict[str, float]:
+    """At least so many names with equal shares from a list, or those of a table; they sum to 1."""
     table = dict.fromkeys(value, 1.0) if isinstance(value, list) else value
     if not isinstance(table, Mapping) or not all(
-        isinstance(name, str) and isinstance(share, int | float) and share > 0
+        isinstance(name, str)
+        and isinstance(share, int | float)
+        and not isinstance(share, bool)
+        and share > 0
         for name, share in table.items()
     ):
         raise ValueError(f"{where} must be names, or names with shares above 0, got {value!r}")
+    if len(table) < least or (isinstance(value, list) and len(table) < len(value)):
+        raise ValueError(f"{where} must be names, each once, got {value!r}")
     total = float(sum(table.values()))
     return {name: share / total for name, share in table.items()}
 

@@ -16,16 +16,25 @@ from affectsim_data.motions.motion import EMOTIONS, Emotion
 from affectsim_data.motions.retargeting import REQUIRED_JOINTS
 from affectsim_data.skeletons import JOINT_NAMES
 
-__all__ = ["CORPUS_TABLES", "CorpusFormat", "CorpusRecipe", "load_recipe"]
+__all__ = ["CORPUS_TABLES", "ROLES", "CorpusFormat", "CorpusRecipe", "Role", "load_recipe"]
 
 CorpusFormat = Literal["bvh", "smpl_npz"]
+Role = Literal["target", "partner"]
+"""Of two people in one recording: whose emotion is the label, and the other."""
+ROLES: tuple[Role, ...] = get_args(Role)
 CORPUS_TABLES = frozenset(
-    {"corpus", "labels", "excluded", "actions", "excluded_actions", "joints", "ignore", "files"}
+    {
+        *("corpus", "labels", "excluded", "actions", "excluded_actions", "roles", "joints"),
+        *("ignore", "files"),
+    }
 )
 """Tables of a TOML file that say how a corpus is read; a release recipe has others beside them."""
 
 _Needed = TypeVar("_Needed")
-_TEMPLATES = ("performer", "motion_id", "style", "action", "performance", "take", "group")
+_TEMPLATES = (
+    *("performer", "motion_id", "style", "action", "performance", "take", "group"),
+    *("pair", "role"),
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,7 +76,12 @@ class CorpusRecipe:
     take: str = ""
     """Template of the number of the take; empty counts, in order of paths, from 0."""
     group: str = ""
-    """Template of what splits may not share; empty: the motion itself."""
+    """Template of what splits may not share; empty: the pair, else the motion itself."""
+    pair: str = ""
+    """Template of what two files have in common that show two people at once, recorded together in
+    one space; empty: everybody is alone."""
+    role: str = ""
+    """Template of the word looked up in `[roles]`; files of pairs need it."""
     table: str = ""
     """CSV or TSV file with a column `file`, in the corpus, else beside the recipe."""
     unlabelled: Literal["error", "exclude"] = "error"
@@ -91,6 +105,10 @@ class CorpusRecipe:
     """Our word for a source's action."""
     excluded_actions: Mapping[str, str] = dataclasses.field(default_factory=dict)
     """Reason an action is left out."""
+    roles: Mapping[str, Role] = dataclasses.field(
+        default_factory=lambda: {role: role for role in ROLES}
+    )
+    """`target` or `partner` for a source's word; these two words if not given."""
     joints: Mapping[str, str | Sequence[str]] = dataclasses.field(default_factory=dict)
     """Source joint of a canonical joint, or names it may have, the first there counts."""
     ignore: Mapping[str, str] = dataclasses.field(default_factory=dict)
@@ -128,8 +146,12 @@ class CorpusRecipe:
         return found
 
 
-def load_recipe(recipe: Path | str | Mapping[str, Any]) -> CorpusRecipe:
+def load_recipe(recipe: Path | str | Mapping[str, Any], *, where: str = "recipe") -> CorpusRecipe:
     """The corpus recipe of a name in `builders/`, in a TOML file, or in tables already read.
+
+    Args:
+        recipe: Name, path ending in .toml, or tables.
+        where: What messages call tables already read: their file.
 
     Raises:
         FileNotFoundError: There is no such file; the recipes there are are listed.
@@ -137,7 +159,7 @@ def load_recipe(recipe: Path | str | Mapping[str, Any]) -> CorpusRecipe:
             key, and suggests the key that may be meant.
     """
     if isinstance(recipe, Mapping):
-        return _from_tables(recipe, "recipe")
+        return _from_tables(recipe, where)
     path = _find(recipe)
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -173,6 +195,7 @@ def _from_tables(tables: Mapping[str, Any], name: str) -> CorpusRecipe:
     if "compose" not in tables:  # a release recipe has tables of its own, checked where it is read
         check_keys(tables, CORPUS_TABLES, where=name)
     texts = {key: tables.get(key, {}) for key in CORPUS_TABLES - {"corpus", "joints", "files"}}
+    texts["roles"] = tables.get("roles", {role: role for role in ROLES})
     for key, table in texts.items():
         check_texts(table, where=f"{name}: [{key}]")
     same = {joint: joint for joint in JOINT_NAMES}
@@ -217,7 +240,7 @@ def _check_values(recipe: CorpusRecipe) -> None:
 
 
 def _check_words(recipe: CorpusRecipe) -> None:
-    """Raises unless every label is an emotion and no word is both taken and left out."""
+    """Raises unless labels are emotions, roles are roles and no word is both taken and left out."""
     for style, emotion in recipe.labels.items():
         if emotion not in EMOTIONS:
             raise ValueError(
@@ -228,6 +251,17 @@ def _check_words(recipe: CorpusRecipe) -> None:
         both = sorted(set(getattr(recipe, taken)) & set(getattr(recipe, left)))
         if both:
             raise ValueError(f"{recipe.recipe_path}: {both} stand in both [{taken}] and [{left}]")
+    for word, role in recipe.roles.items():
+        if role not in ROLES:
+            raise ValueError(
+                f"{recipe.recipe_path}: role {word!r} must be one of {', '.join(ROLES)}, "
+                f"got {role!r}"
+            )
+    if bool(recipe.pair) != bool(recipe.role):
+        raise ValueError(
+            f"{recipe.recipe_path}: [corpus] pair and role go together, got pair = "
+            f"{recipe.pair!r} and role = {recipe.role!r}"
+        )
     for pattern in recipe.ignore:
         try:
             re.compile(pattern)

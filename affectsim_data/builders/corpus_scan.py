@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
-from affectsim_data.builders.corpus_recipe import CorpusRecipe
+from affectsim_data.builders.corpus_recipe import ROLES, CorpusRecipe, Role
 from affectsim_data.builders.corpus_table import FileTable, read_file_table
 from affectsim_data.motions.motion import Emotion
 
@@ -17,7 +17,7 @@ __all__ = ["CorpusFile", "CorpusScan", "LeftOut", "raise_problems", "scan_corpus
 
 MAX_LISTED_PROBLEMS = 20
 SUFFIXES = {"bvh": ".bvh", "smpl_npz": ".npz"}
-_Cause = Literal["style", "action", "ignored", "unlabelled", "unmatched"]
+_Cause = Literal["style", "action", "ignored", "unlabelled", "unmatched", "unpaired"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,6 +35,9 @@ class CorpusFile:
     action: str
     performance: str
     take: int
+    pair: str = ""
+    """What it has in common with the file of the other person; empty for somebody alone."""
+    role: Role = "target"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +46,7 @@ class LeftOut:
 
     cause: _Cause
     """The recipe leaves out the style or the action; ignores the file; nothing labels it; its path
-    does not match the pattern."""
+    does not match the pattern; the other person's file is not there."""
     word: str
     """The style, the action, or the pattern."""
     reason: str
@@ -62,6 +65,15 @@ class CorpusScan:
     """Other files with the suffix of the format: every one is counted."""
     rows_without_file: tuple[str, ...] = ()
     """Files a table names that are not there, or that are left out."""
+
+    def clips(self) -> list[tuple[CorpusFile, ...]]:
+        """The files by what they show: one, or target and partner; in the order of paths."""
+        pairs: dict[str, list[CorpusFile]] = {}
+        for file in self.files:
+            pairs.setdefault(file.pair or file.motion_id, []).append(file)
+        return [
+            tuple(sorted(files, key=lambda one: ROLES.index(one.role))) for files in pairs.values()
+        ]
 
     def counts(self) -> dict[tuple[str, str], int]:
         """Files to read by action and emotion, sorted."""
@@ -182,8 +194,13 @@ class _Sorting:
         if take and not (take.isascii() and take.isdigit()):
             self._problem(f"{relative}: take must be a whole number, got {take!r}")
             return
+        role = recipe.role.format_map(groups)
+        if role and role not in recipe.roles:
+            self._problem(f"role {role!r} is neither target nor partner; add it to [roles]")
+            return
         motion_id = f"{recipe.name}/{recipe.motion_id.format_map(groups)}"
-        group = recipe.group.format_map(groups)
+        pair = recipe.pair.format_map(groups)
+        group = recipe.group.format_map(groups) or pair
         self.files.append(
             CorpusFile(
                 path=path,
@@ -195,6 +212,8 @@ class _Sorting:
                 action=recipe.actions[action],
                 performance=recipe.performance.format_map(groups),
                 take=int(take) if take else -1,
+                pair=f"{recipe.name}/{pair}" if pair else "",
+                role=recipe.roles[role] if role else "target",
             )
         )
 
@@ -203,7 +222,7 @@ class _Sorting:
         first: dict[str, str] = {}
         takes: collections.Counter[tuple[str, ...]] = collections.Counter()
         files = []
-        for file in self.files:
+        for file in self._paired():
             if file.motion_id in first:
                 self._problem(
                     f"{file.relative} and {first[file.motion_id]} give the same motion id "
@@ -214,6 +233,23 @@ class _Sorting:
             files.append(dataclasses.replace(file, take=takes[role]) if file.take < 0 else file)
             takes[role] += 1
         return tuple(files)
+
+    def _paired(self) -> list[CorpusFile]:
+        """The files without those whose other person is not there."""
+        pairs: dict[str, list[CorpusFile]] = {}
+        for file in self.files:
+            if file.pair:
+                pairs.setdefault(file.pair, []).append(file)
+        for pair, files in pairs.items():
+            roles = [file.role for file in files]
+            listed = ", ".join(file.relative for file in files)
+            if len(set(roles)) < len(roles):
+                self._problem(f"pair {pair!r} must have one target and one partner, got {listed}")
+            elif lacking := [role for role in ROLES if role not in roles]:
+                reason = f"pair without a {lacking[0]}"
+                self._leave("unpaired", pair, reason, files[0].relative)
+        alone = {pair for pair, files in pairs.items() if len(files) == 1}
+        return [file for file in self.files if file.pair not in alone]
 
     def _unlabelled(self, what: str, relative: str) -> None:
         if self.recipe.unlabelled == "exclude":

@@ -16,7 +16,10 @@ from affectsim_data.visibility import RayCaster
 
 __all__ = ["Monitor", "plan_monitor"]
 
-_FROM_WALLS_M = 0.3
+_FROM_WALLS_M = (0.3, 0.2, 0.12)
+"""Of a camera; nearer only in rooms too narrow or too full."""
+_CLEARANCE_M = 0.1
+"""Free space around it, so that it is in no cupboard, curtain or lamp."""
 _FROM_CEILING_M = 0.25
 _FLOOR_GRID_M = 0.4
 _PITCHES_DEG = (-20.0, -27.0, -34.0)
@@ -39,8 +42,8 @@ class Monitor:
 
 def plan_monitor(room: Room, camera: Camera, caster: RayCaster) -> Monitor:
     """The corner, yaw and pitch that see most of the room's floor; ties go to the first."""
-    polygon = shapely.Polygon(room.polygon)
-    corners = _corners(polygon, room)
+    polygon = shapely.make_valid(shapely.Polygon(room.polygon))
+    corners = _corners(polygon, room, caster)
     floor = _floor_points(polygon, room.floor_y)
     seen = ~caster.hidden(corners[:, None], floor[None])
     yaws, pitches = (
@@ -60,11 +63,33 @@ def plan_monitor(room: Room, camera: Camera, caster: RayCaster) -> Monitor:
     )
 
 
-def _corners(polygon: shapely.Polygon, room: Room) -> FloatArray:
-    inner = polygon.buffer(-_FROM_WALLS_M, join_style="mitre")
-    ring = np.array(inner.exterior.coords)[:-1] if not inner.is_empty else np.array(room.polygon)
-    height = np.full(len(ring), room.ceiling_y - _FROM_CEILING_M)
-    return np.stack([ring[:, 0], height, ring[:, 1]], axis=1)
+def _corners(polygon: shapely.Polygon, room: Room, caster: RayCaster) -> FloatArray:
+    """Places under the ceiling in the corners of a room, free of what stands there, `(n, 3)`."""
+    height = room.ceiling_y - _FROM_CEILING_M
+    for margin in _FROM_WALLS_M:
+        inner = polygon.buffer(-margin, join_style="mitre")
+        rings = [part.exterior for part in shapely.get_parts(inner) if not part.is_empty]
+        if not rings:
+            continue
+        plan = np.concatenate([np.array(ring.coords)[:-1] for ring in rings])
+        corners = np.stack([plan[:, 0], np.full(len(plan), height), plan[:, 1]], axis=1)
+        around = caster.distance(corners[:, None], _DIRECTIONS, limit=1.0).min(axis=1)
+        if np.any(around >= _CLEARANCE_M):
+            free: FloatArray = corners[around >= _CLEARANCE_M]
+            return free
+    x, z = polygon.representative_point().coords[0]
+    return np.array([[x, height, z]])
+
+
+def _directions() -> FloatArray:
+    """To the corners, edges and sides of a cube, unit vectors, `(26, 3)`."""
+    steps = np.stack(np.meshgrid(*([[-1.0, 0.0, 1.0]] * 3)), axis=-1).reshape(-1, 3)
+    steps = steps[np.any(steps != 0.0, axis=1)]
+    directions: FloatArray = steps / np.linalg.norm(steps, axis=1, keepdims=True)
+    return directions
+
+
+_DIRECTIONS = _directions()
 
 
 def _floor_points(polygon: shapely.Polygon, floor_y: float) -> FloatArray:
@@ -72,4 +97,6 @@ def _floor_points(polygon: shapely.Polygon, floor_y: float) -> FloatArray:
     x, z = np.meshgrid(np.arange(x0, x1, _FLOOR_GRID_M), np.arange(z0, z1, _FLOOR_GRID_M))
     inside = shapely.contains_xy(polygon, x.ravel(), z.ravel())
     x, z = x.ravel()[inside], z.ravel()[inside]
+    if not len(x):
+        x, z = (np.array([value]) for value in polygon.representative_point().coords[0])
     return np.stack([x, np.full(len(x), floor_y + 0.05), z], axis=1)

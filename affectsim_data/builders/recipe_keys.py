@@ -82,7 +82,7 @@ def _typed(key: str, kind: str, value: object) -> object:
         return tuple(value)
     if kind.startswith("float"):
         return _number(key, value)
-    if kind == "Sequence[float]":
+    if kind in ("Sequence[float]", "tuple[float, ...]"):
         if not isinstance(value, list | tuple):
             raise ValueError(f"{key} must be a list of numbers, got {value!r}")
         return tuple(_number(key, one) for one in value)

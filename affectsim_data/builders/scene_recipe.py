@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import fnmatch
-from collections.abc import Mapping
+import zlib
+from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
 from affectsim_data.builders.recipe_keys import check_keys, typed_fields
@@ -18,12 +19,16 @@ SceneKind = Literal["homes", "habitat", "meshes"]
 class SceneRecipe:
     """Where the scenes of a release come from, and what is done to them; keys of `[scenes]`."""
 
+    name: str = ""
+    """What `--source` calls them and their ids start with; the recipe's name if empty."""
     catalogue: bool = False
     """Whether homes take furniture from a catalogue in the user's own folder."""
     include: tuple[str, ...] = ("*",)
     """Patterns of scene names, of which one must match."""
     exclude: tuple[str, ...] = ()
     """Patterns of scene names, of which none may match."""
+    count: int | None = None
+    """How many of these, always the same ones for a seed; all if not given."""
     shell: bool = False
     """Whether scenes without a stage get a floor and walls around their objects."""
     drop_nodes: tuple[str, ...] = ()
@@ -51,6 +56,30 @@ class SceneRecipe:
     def wants(self, name: str) -> bool:
         """Whether a scene of that name is to be imported."""
         return _matches(name, self.include) and not _matches(name, self.exclude)
+
+    def chosen(self, scene_ids: Sequence[str], seed: int) -> list[str]:
+        """Which of the scenes that are wanted are imported, in the order given.
+
+        With `count`, those with the lowest hashes: who has more scenes, or lacks one, gets the
+        same others.
+
+        Args:
+            scene_ids: Of the scenes there are and that `wants` lets pass.
+            seed: Of the recipe.
+
+        Raises:
+            ValueError: There are fewer than `count`.
+        """
+        if self.count is None:
+            return list(scene_ids)
+        if len(scene_ids) < self.count:
+            raise ValueError(
+                f"{self.name}: {len(scene_ids)} of {self.count} scenes are there; complete your "
+                "copy, or set another count in [scenes]"
+            )
+        ranked = sorted(scene_ids, key=lambda one: (zlib.crc32(f"{seed}/{one}".encode()), one))
+        kept = set(ranked[: self.count])
+        return [one for one in scene_ids if one in kept]
 
 
 def _matches(name: str, patterns: tuple[str, ...]) -> bool:

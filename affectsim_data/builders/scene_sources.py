@@ -16,6 +16,7 @@ from affectsim_data.builders.lighting import light_surfaces
 from affectsim_data.builders.mesh_scenes import mesh_scene
 from affectsim_data.builders.meshes import MESH_SUFFIXES
 from affectsim_data.builders.recipes import Recipe
+from affectsim_data.builders.sources import SourceGiven, find_sources
 from affectsim_data.content import content_path
 from affectsim_data.episodes import Robot
 from affectsim_data.navmesh import NavMesh
@@ -27,6 +28,8 @@ __all__ = [
     "FailedScene",
     "SceneSource",
     "build_scene",
+    "found_scenes",
+    "read_habitat",
     "scene_navmesh",
     "scene_sources",
 ]
@@ -44,6 +47,11 @@ class HabitatScene:
     handle: str
     """Of the scene."""
 
+    @property
+    def name(self) -> str:
+        """What `include` and `exclude` match."""
+        return self.handle.rsplit("/", 1)[-1]
+
 
 @dataclasses.dataclass(frozen=True)
 class MeshScene:
@@ -51,6 +59,11 @@ class MeshScene:
 
     scene_id: str
     path: Path
+
+    @property
+    def name(self) -> str:
+        """What `include` and `exclude` match."""
+        return self.path.stem
 
 
 SceneSource = HomeRecipe | HabitatScene | MeshScene
@@ -76,7 +89,7 @@ class FailedScene:
     """Names the file; says what to do."""
 
 
-def scene_sources(recipe: Recipe, source: Path | None) -> list[SceneSource]:
+def scene_sources(recipe: Recipe, source: SourceGiven) -> list[SceneSource]:
     """The scenes a recipe names, in order.
 
     Args:
@@ -85,60 +98,76 @@ def scene_sources(recipe: Recipe, source: Path | None) -> list[SceneSource]:
 
     Raises:
         FileNotFoundError: There is no such folder, or no such scene in it.
-        ValueError: The recipe reads files and no source was given.
+        ValueError: The recipe reads files and no source was given, or there are too few scenes.
     """
     wanted = recipe.scenes
-    if wanted.needs_source and source is None:
-        raise ValueError(
-            f"recipe {recipe.name!r} reads scenes: add --source FOLDER, where your copy of them is"
-            + (f" ({wanted.obtain})" if wanted.obtain else "")
-        )
+    folder = _folder(recipe, source)
     if wanted.kind == "homes":
-        return list(home_recipes(content_path("builders", f"{wanted.files}.toml")))
-    assert source is not None
-    folder = source.expanduser().resolve()
-    found = _habitat_scenes(recipe, folder) if wanted.kind == "habitat" else _files(recipe, folder)
-    chosen = [one for name, one in found if wanted.wants(name)]
-    if not chosen:
-        names = ", ".join(name for name, _ in found[:10]) or "none"
+        homes = home_recipes(content_path("builders", f"{wanted.files}.toml"))
+        found: dict[str, SceneSource] = {one.scene_id: one for one in homes}
+    else:
+        assert folder is not None
+        found = {one.scene_id: one for one in found_scenes(recipe, folder)}
+    chosen = wanted.chosen(list(found), recipe.seed)
+    if len(chosen) > _MAX_SCENES:
+        raise ValueError(f"{folder}: {len(chosen)} scenes, more than {_MAX_SCENES}")
+    return [found[scene_id] for scene_id in chosen]
+
+
+def found_scenes(recipe: Recipe, folder: Path) -> list[HabitatScene | MeshScene]:
+    """The scenes in a folder that a recipe lets pass, all of them, in order.
+
+    Raises:
+        FileNotFoundError: There is no such folder, or no such scene in it.
+    """
+    folder, wanted = folder.expanduser().resolve(), recipe.scenes
+    habitat = wanted.kind == "habitat"
+    found = _habitat_scenes(recipe, folder) if habitat else _files(recipe, folder)
+    passing = [one for one in found if wanted.wants(one.name)]
+    if not passing:
+        names = ", ".join(one.name for one in found[:10]) or "none"
         raise FileNotFoundError(
             f"{folder}: no scene matches include = {list(wanted.include)} of {recipe.path}; "
             f"there are {len(found)}: {names}"
         )
-    if len(chosen) > _MAX_SCENES:
-        raise ValueError(f"{folder}: {len(chosen)} scenes, more than {_MAX_SCENES}")
-    return chosen
+    return passing
 
 
-def _habitat_scenes(recipe: Recipe, folder: Path) -> list[tuple[str, SceneSource]]:
+def _folder(recipe: Recipe, source: SourceGiven) -> Path | None:
+    """The folder that scenes are read from."""
+    if not recipe.scenes.needs_source:
+        return None
+    return find_sources(recipe, source)[recipe.scenes.name].expanduser().resolve()
+
+
+def _habitat_scenes(recipe: Recipe, folder: Path) -> list[HabitatScene | MeshScene]:
     # A pattern stands for the only config there is; scenes without one are found by their names.
     path = folder if "*" in recipe.scenes.files else folder / recipe.scenes.files
-    handles = _dataset(path).scene_handles
+    name = recipe.scenes.name
     return [
-        (handle.rsplit("/", 1)[-1], HabitatScene(f"{recipe.name}/{handle}", path, handle))
-        for handle in handles
+        HabitatScene(f"{name}/{handle}", path, handle)
+        for handle in read_habitat(path).scene_handles
     ]
 
 
 @functools.lru_cache(maxsize=2)
-def _dataset(path: Path) -> Dataset:
+def read_habitat(path: Path) -> Dataset:
+    """A Habitat dataset, listed once for all of its scenes."""
     return read_dataset(path)
 
 
-def _files(recipe: Recipe, folder: Path) -> list[tuple[str, SceneSource]]:
+def _files(recipe: Recipe, folder: Path) -> list[HabitatScene | MeshScene]:
     if not folder.is_dir():
         raise FileNotFoundError(f"{folder}: no such folder")
     paths = sorted(
         path for path in folder.glob(recipe.scenes.files) if path.suffix.lower() in MESH_SUFFIXES
     )
-    return [
-        (path.stem, MeshScene(f"{recipe.name}/{path.relative_to(folder).with_suffix('')}", path))
-        for path in paths
-    ]
+    name = recipe.scenes.name
+    return [MeshScene(f"{name}/{path.relative_to(folder).with_suffix('')}", path) for path in paths]
 
 
 def build_scene(
-    source: SceneSource, recipe: Recipe, folder: Path | None
+    source: SceneSource, recipe: Recipe, folder: SourceGiven
 ) -> BuiltScene | FailedScene:
     """One scene of `scene_sources`, ready to be stored; the same every time.
 
@@ -159,10 +188,11 @@ def build_scene(
         return FailedScene(source.scene_id, str(error))
 
 
-def _home(source: HomeRecipe, recipe: Recipe, folder: Path | None) -> Scene:
+def _home(source: HomeRecipe, recipe: Recipe, folder: SourceGiven) -> Scene:
     catalogue = None
-    if recipe.scenes.catalogue and folder is not None:
-        catalogue = _catalogue(folder.expanduser().resolve())
+    own = _folder(recipe, folder)
+    if recipe.scenes.catalogue and own is not None:
+        catalogue = _catalogue(own)
     return build_home(source, rng=np.random.default_rng(source.seed), catalogue=catalogue)
 
 
@@ -170,7 +200,7 @@ def _imported(source: HabitatScene | MeshScene, recipe: Recipe) -> tuple[Scene, 
     """A scene as its files have it, without light."""
     wanted = recipe.scenes
     if isinstance(source, HabitatScene):
-        dataset = _dataset(source.dataset)
+        dataset = read_habitat(source.dataset)
         scene, report = import_scene(
             dataset, source.handle, shell=wanted.shell, licence=wanted.licence
         )

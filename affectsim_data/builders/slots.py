@@ -12,15 +12,16 @@ import itertools
 import math
 import zlib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from affectsim_data.builders.compositions import Composition, PlacementKind
-from affectsim_data.builders.matching import MatchedSet, connected_sets, matched_sets
+from affectsim_data.builders.matching import MatchedSet, matched_sets
 from affectsim_data.builders.measuring import Performance
 from affectsim_data.builders.recipes import Recipe
-from affectsim_data.schemas import SPLITS, Challenge, Family, Split
+from affectsim_data.builders.splitting import some_of, split_sets
+from affectsim_data.schemas import Challenge, Family, Split
 
 __all__ = ["CellKey", "Slot", "make_slots", "planned_counts"]
 
@@ -44,25 +45,34 @@ class Slot:
 
 
 def make_slots(recipe: Recipe, performances: Sequence[Performance]) -> list[Slot]:
-    """The slots a recipe asks for, in a fixed order.
+    """The slots a recipe asks for, in a fixed order that the order of performances cannot change.
 
     With `episodes` in a `[[compose]]` every cell of split, challenge and action gets exactly its
     share of them: matched sets take placements in turn, and the last slot takes as many of its
     motions as are still asked for.
 
     Raises:
-        ValueError: There is no motion of an action, or too few performers or motions.
+        ValueError: There is no motion of an action, or too few performers or motions; or two
+            splits would share a performer, performance or interaction.
     """
     slots: list[Slot] = []
-    for number, composition in enumerate(recipe.compositions):
-        where = f"{recipe.path}: [[compose]] {number + 1}"
-        sets = matched_sets(performances, composition.actions, where=where)
+    turns: Counter[str] = Counter()
+    split_of: dict[str, tuple[Split, int]] = {}
+    for number, composition in enumerate(recipe.compositions, 1):
+        where = f"{recipe.path}: [[compose]] {number}"
+        sets = matched_sets(
+            performances, composition.actions, emotions=composition.emotions, where=where
+        )
         rng = np.random.default_rng([recipe.seed, 5, number])
-        for split, members in _split_sets(sets, composition, rng, where=where).items():
-            slots += _slots_of(members, composition, split, rng)
-    repeated = [key for key, count in Counter(slot.key for slot in slots).items() if count > 1]
-    if repeated:
-        raise ValueError(f"{recipe.path}: [[compose]] entries ask twice for {repeated[0]!r}")
+        for split, members in split_sets(sets, composition, rng, where=where).items():
+            for group in sorted({name for one in members for name in _groups(one, composition)}):
+                other, entry = split_of.setdefault(group, (split, number))
+                if other != split:
+                    raise ValueError(
+                        f"{where} puts {group} into {split}, [[compose]] {entry} into {other}; "
+                        "no two splits may share one: split both entries alike, by performer"
+                    )
+            slots += _slots_of(members, composition, split, rng, turns, where=where)
     return slots
 
 
@@ -76,23 +86,36 @@ def planned_counts(slots: Sequence[Slot], emotion_of: Mapping[str, str]) -> dict
     return dict(cells)
 
 
+def _groups(one: MatchedSet, composition: Composition) -> set[str]:
+    """What no two splits may share, named for an error message."""
+    if composition.family == "action_grounded":
+        return {f"performer {one.performer_id!r}"}
+    return {f"performance {group_id!r}" for group_id in one.group_ids}
+
+
 def _slots_of(
-    sets: Sequence[MatchedSet], composition: Composition, split: Split, rng: np.random.Generator
+    sets: Sequence[MatchedSet],
+    composition: Composition,
+    split: Split,
+    rng: np.random.Generator,
+    turns: Counter[str],
+    *,
+    where: str,
 ) -> list[Slot]:
-    """Slots of a split: cell by cell, the matched sets in turn."""
+    """Slots of a split, cell by cell; `turns` counts the slots of a matched set and challenge."""
     slots: list[Slot] = []
-    cells = list(itertools.product(composition.actions.items(), composition.challenges.items()))
-    shares = [action_share * share for (_, action_share), (_, share) in cells]
-    wanted: Sequence[int | None] = [None] * len(cells)
-    if composition.episodes is not None:
-        wanted = _apportioned(composition.episodes[split], shares)
-    for ((action, _), (challenge, _)), count in zip(cells, wanted, strict=True):
+    for (action, challenge), count in _cell_counts(sets, composition, split).items():
         members = [one for one in sets if one.action == action]
-        for turn, one, motion_ids in _turns(members, composition, count, rng):
-            key = "/".join((one.key, challenge or composition.family, str(turn)))
+        if count and not members:
+            raise ValueError(
+                f"{where} wants {count} episodes of action {action!r} for {split}, "
+                "but no motion of it is in that split"
+            )
+        for one, motion_ids in _turns(members, composition, count, rng):
+            stem = f"{one.key}/{challenge or composition.family}"
             slots.append(
                 Slot(
-                    key,
+                    f"{stem}/{turns[stem]}",
                     split,
                     composition.family,
                     challenge,
@@ -101,7 +124,24 @@ def _slots_of(
                     motion_ids,
                 )
             )
+            turns[stem] += 1
     return slots
+
+
+def _cell_counts(
+    sets: Sequence[MatchedSet], composition: Composition, split: Split
+) -> dict[tuple[str, Challenge | None], int | None]:
+    """How many episodes each action and challenge gets; `None` for `repeats` of every motion."""
+    actions = composition.actions
+    if composition.split_rule.by == "action":
+        there = {one.action for one in sets}
+        actions = {one: share for one, share in actions.items() if one in there} or actions
+    cells = list(itertools.product(actions, composition.challenges))
+    if composition.episodes is None:
+        return dict.fromkeys(cells)
+    total = sum(actions.values())
+    shares = [actions[a] * composition.challenges[c] / total for a, c in cells]
+    return dict(zip(cells, _apportioned(composition.episodes[split], shares), strict=True))
 
 
 def _turns(
@@ -109,26 +149,20 @@ def _turns(
     composition: Composition,
     count: int | None,
     rng: np.random.Generator,
-) -> list[tuple[int, MatchedSet, tuple[str, ...]]]:
-    """Turn, set and motions of the slots of a cell with `count` episodes."""
-    if not sets:
-        return []
+) -> Iterator[tuple[MatchedSet, tuple[str, ...]]]:
+    """Set and motions of the slots of a cell with `count` episodes."""
     if count is None:
-        return [(turn, one, one.motion_ids) for one in sets for turn in range(composition.repeats)]
-    slots: list[tuple[int, MatchedSet, tuple[str, ...]]] = []
+        for one in sets:
+            yield from itertools.repeat((one, one.motion_ids), composition.repeats)
+        return
     # Another order for every cell: the sets that get one placement more are not always the same.
     order = [sets[place] for place in rng.permutation(len(sets))]
-    for turn in itertools.count():
-        for one in order:
-            if count <= 0:
-                return slots
-            chosen = one.motion_ids
-            if count < len(chosen):
-                kept = sorted(rng.permutation(len(chosen))[:count])
-                chosen = tuple(chosen[place] for place in kept)
-            slots.append((turn, one, chosen))
-            count -= len(chosen)
-    raise AssertionError("unreachable")
+    for one in itertools.cycle(order):
+        if count <= 0:
+            return
+        chosen = some_of(one.motion_ids, count, rng)
+        yield one, chosen
+        count -= len(chosen)
 
 
 def _apportioned(total: int, shares: Sequence[float]) -> list[int]:
@@ -139,91 +173,6 @@ def _apportioned(total: int, shares: Sequence[float]) -> list[int]:
     for place in order[: total - sum(counts)]:
         counts[place] += 1
     return counts
-
-
-def _split_sets(
-    sets: Sequence[MatchedSet], composition: Composition, rng: np.random.Generator, *, where: str
-) -> dict[Split, list[MatchedSet]]:
-    """The matched sets of each split."""
-    rule = composition.split_rule
-    if rule.by == "performance":
-        return _fill_motions(dict.fromkeys(SPLITS, sets), composition, rng, where=where)
-    names = sorted({one.performer_id if rule.by == "performer" else one.action for one in sets})
-    split_of = _split_of_names(names, composition, rng, where=where)
-    parted: dict[Split, list[MatchedSet]] = {split: [] for split in SPLITS}
-    for one in sets:
-        parted[split_of[one.performer_id if rule.by == "performer" else one.action]].append(one)
-    if composition.motions is None:
-        return parted
-    return _fill_motions(parted, composition, rng, where=where)
-
-
-def _split_of_names(
-    names: Sequence[str], composition: Composition, rng: np.random.Generator, *, where: str
-) -> dict[str, Split]:
-    rule = composition.split_rule
-    left = [names[place] for place in rng.permutation(len(names))]
-    split_of: dict[str, Split] = {}
-    for split in SPLITS:
-        members = rule.members.get(split, ())
-        if isinstance(members, int):
-            if members > len(left):
-                raise ValueError(
-                    f"{where} wants {members} {rule.by}s for {split}, but of "
-                    f"{len(names)} only {len(left)} are left"
-                )
-            chosen, left = left[:members], left[members:]
-        else:
-            chosen = list(members)
-        split_of |= dict.fromkeys(chosen, split)
-    for name in names:
-        if name not in split_of:
-            raise ValueError(
-                f"{where} names no split for {rule.by} {name!r}; "
-                "add it to train, validation or test"
-            )
-    return split_of
-
-
-def _fill_motions(
-    parted: Mapping[Split, Sequence[MatchedSet]],
-    composition: Composition,
-    rng: np.random.Generator,
-    *,
-    where: str,
-) -> dict[Split, list[MatchedSet]]:
-    """As many motions for each split as asked for; sets of one source stay in one split.
-
-    The smallest split chooses first, so that what a source has too much is lost where it matters
-    least.
-    """
-    assert composition.motions is not None
-    wanted = composition.motions
-    used: set[str] = set()
-    filled: dict[Split, list[MatchedSet]] = {split: [] for split in SPLITS}
-    for split in sorted(SPLITS, key=lambda one: wanted[one]):
-        left = wanted[split]
-        sources = connected_sets(parted[split])
-        for place in rng.permutation(len(sources)):
-            source = sources[place]
-            if left <= 0 or source[0].key in used:
-                continue
-            # None of a source that is used in part may go to another split.
-            used |= {one.key for one in source}
-            for one in source:
-                if left <= 0:
-                    break
-                kept = min(left, len(one.motion_ids))
-                chosen = sorted(rng.permutation(len(one.motion_ids))[:kept])
-                motion_ids = tuple(one.motion_ids[index] for index in chosen)
-                filled[split].append(dataclasses.replace(one, motion_ids=motion_ids))
-                left -= kept
-        if left > 0:
-            raise ValueError(
-                f"{where} wants {wanted[split]} motions for {split}, but there are "
-                f"only {wanted[split] - left}"
-            )
-    return {split: sorted(members, key=lambda one: one.key) for split, members in filled.items()}
 
 
 def slot_seed(recipe_seed: int, slot: Slot) -> list[int]:

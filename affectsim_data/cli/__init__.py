@@ -9,9 +9,11 @@ from collections.abc import Callable
 import tyro
 
 from affectsim_data.cli.building import build
+from affectsim_data.cli.cards import card
 from affectsim_data.cli.describing import info
 from affectsim_data.cli.showing import demo, doctor, inspect
 from affectsim_data.cli.transfers import download, plan, upload
+from affectsim_data.cli.validating import validate
 
 __all__ = ["main"]
 
@@ -19,7 +21,9 @@ _COMMANDS: dict[str, Callable[..., int]] = {
     "doctor": doctor,
     "demo": demo,
     "build": build,
+    "validate": validate,
     "info": info,
+    "card": card,
     "plan": plan,
     "download": download,
     "upload": upload,

@@ -26,6 +26,7 @@ def plan(
     source: tyro.conf.Positional[str] = "mini",
     *,
     split: _Repeated = (),
+    split_by: str = "group",
     condition: _Repeated = (),
     scenes: tuple[str, ...] = (),
     json: bool = False,
@@ -35,6 +36,7 @@ def plan(
     Args:
         source: mini, a folder, or hf://datasets/ORG/NAME@REVISION.
         split: Only this split; may be given several times.
+        split_by: What no two splits share: group (performers, performances), scene, or both.
         condition: Only what this condition needs; may be given several times.
         scenes: Only episodes in these scenes.
         json: Print JSON.
@@ -43,7 +45,7 @@ def plan(
     from affectsim_data.releases.cache_limits import cache_limit
     from affectsim_data.releases.planning import make_plan
 
-    release, store, selection = _selected(source, split, condition, scenes)
+    release, store, selection = _selected(source, split, split_by, condition, scenes)
     made, limit = make_plan(release, store, selection), cache_limit()
     document = {**made.to_json(), "cache_limit_bytes": limit}
     print(dumps(document, indent=2) if json else "\n".join(plan_lines(made, limit=limit)))
@@ -54,6 +56,7 @@ def download(
     source: tyro.conf.Positional[str],
     *,
     split: _Repeated = (),
+    split_by: str = "group",
     condition: _Repeated = (),
     scenes: tuple[str, ...] = (),
     out: Path | None = None,
@@ -64,6 +67,7 @@ def download(
     Args:
         source: A folder, or hf://datasets/ORG/NAME@REVISION.
         split: Only this split; may be given several times.
+        split_by: What no two splits share: group (performers, performances), scene, or both.
         condition: Only what this condition needs; may be given several times.
         scenes: Only episodes in these scenes.
         out: Folder that becomes a release, or more of one; the local cache if not given.
@@ -74,7 +78,7 @@ def download(
     from affectsim_data.releases.planning import format_bytes
 
     try:
-        release, store, selection = _selected(source, split, condition, scenes)
+        release, store, selection = _selected(source, split, split_by, condition, scenes)
         if out is None:
             done = download_to_cache(release, store, selection, limit=cache_limit(), jobs=jobs)
         else:
@@ -103,7 +107,7 @@ def upload(
     message: str | None = None,
     jobs: int = 8,
 ) -> int:
-    """Publish a release on the Hugging Face Hub, with its card, as one commit.
+    """Publish a release on the Hugging Face Hub, with card and Croissant, as one commit.
 
     Args:
         folder: The release; every file is verified first.
@@ -113,7 +117,7 @@ def upload(
         message: Of the commit.
         jobs: Files read or sent at a time.
     """
-    from affectsim_data.cards import published_card
+    from affectsim_data.cards import has_own_card, published_pages
     from affectsim_data.releases import open_release
     from affectsim_data.releases.publishing import check_publishable, publish, repository_id
     from affectsim_data.releases.stores import FolderStore
@@ -121,9 +125,14 @@ def upload(
     repo_id, store = repository_id(repository), FolderStore(folder.expanduser())
     check_publishable(store, private=private)
     place = f"hf://datasets/{repo_id}" + (f"@{tag}" if tag else "")
-    card, is_own = published_card(open_release(store.root), store.root, place=place)
-    done = publish(store, repo_id, card=card, private=private, tag=tag, message=message, jobs=jobs)
-    kept = "README.md as you wrote it" if is_own else "a card"
+
+    def pages() -> dict[str, bytes]:
+        return published_pages(open_release(store.root), store.root, place=place)
+
+    done = publish(
+        store, repo_id, pages=pages, private=private, tag=tag, message=message, jobs=jobs
+    )
+    kept = "README.md as you wrote it" if has_own_card(store.root) else "a card"
     gone = f"; {done.num_deleted} files of an older version deleted" if done.num_deleted else ""
     print(f"{done.uri}: {done.num_files} files, the manifest and {kept}{gone}")
     if tag is not None:
@@ -132,16 +141,23 @@ def upload(
 
 
 def _selected(
-    source: str, split: tuple[str, ...], condition: tuple[str, ...], scenes: tuple[str, ...]
+    source: str,
+    split: tuple[str, ...],
+    split_by: str,
+    condition: tuple[str, ...],
+    scenes: tuple[str, ...],
 ) -> tuple[Release, Store, Selection]:
     """The part of a release that the options of a command name."""
     from affectsim_data.releases import open_release
+    from affectsim_data.releases.joined_splits import as_split_by
     from affectsim_data.releases.planning import select
     from affectsim_data.releases.stores import open_store
 
     tables = _tables_of(condition)
     release = open_release(source)
-    selection = select(release, splits=split, scene_ids=scenes, tables=tables)
+    selection = select(
+        release, splits=split, split_by=as_split_by(split_by), scene_ids=scenes, tables=tables
+    )
     return release, open_store(release.uri), selection
 
 

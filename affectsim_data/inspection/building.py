@@ -15,7 +15,7 @@ from affectsim_data.builders.casting import Cast
 from affectsim_data.builders.imports import ImportStatus
 from affectsim_data.content import content_path
 
-__all__ = ["build_lines", "picture_rejected", "write_scene_report"]
+__all__ = ["build_lines", "cost_lines", "picture_rejected", "write_scene_report"]
 
 _BODY = "ben"
 """Whom rejected motions are shown on."""
@@ -26,6 +26,18 @@ _REPORT_SCHEMA = pa.schema(
     + [("count", pa.int64())]
     + [(name, pa.string()) for name in ("reason", "asked_by", "source")]
 )
+
+
+def cost_lines(report: BuildReport) -> list[str]:
+    """A table, indented, of what each stage made and cost."""
+    lines = [f"  {'stage':10}{'units':>8}{'kept':>8}{'seconds':>10}{'units/s':>10}{'memory':>10}"]
+    for one in report.costs:
+        rate = f"{one.units_per_s:.1f}" if one.units else "-"
+        memory = f"{one.peak_bytes / 2**30:.2f} GB" if one.peak_bytes else "-"
+        lines.append(
+            f"  {one.name:10}{one.units:8}{one.resumed:8}{one.seconds:10.1f}{rate:>10}{memory:>10}"
+        )
+    return lines
 
 
 def build_lines(report: BuildReport) -> list[str]:
@@ -83,7 +95,7 @@ def write_scene_report(report: BuildReport, path: Path) -> int:
         baked = one.baked.to_json()
         for moment in ("before", "after"):
             rows += [
-                {"scene_id": one.scene.scene_id, "status": moment, "kind": "baked", "name": name,
+                {"scene_id": one.scene_id, "status": moment, "kind": "baked", "name": name,
                  "count": count}
                 for name, count in baked[moment].items()
             ]  # fmt: skip

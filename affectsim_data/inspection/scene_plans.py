@@ -17,9 +17,9 @@ from affectsim_data.poses import FloatArray
 from affectsim_data.render import Renderer
 from affectsim_data.scenes import Door, Scene, SceneObject, Seat
 
-__all__ = ["draw_plan", "floor_areas_m2", "scene_sheet"]
+__all__ = ["PLAN_FINE", "PlanFrame", "draw_floor", "draw_plan", "floor_areas_m2", "scene_sheet"]
 
-_FINE = 3
+PLAN_FINE = 3
 """Lines are drawn this much larger and scaled down."""
 _MARGIN_M, _WALL_M = 0.35, 0.14
 _HIGH_M = 1.9
@@ -51,8 +51,11 @@ _LEGEND = (
 
 
 @dataclasses.dataclass(frozen=True)
-class _Frame:
-    """How the plan `(x, z)`, metres, comes onto the picture: +x to the right, +z down."""
+class PlanFrame:
+    """How the plan `(x, z)`, metres, comes onto the picture: +x to the right, +z down.
+
+    The picture is drawn in fine pixels, `PLAN_FINE` to one of the result.
+    """
 
     low: FloatArray
     scale: float
@@ -61,14 +64,16 @@ class _Frame:
     """Fine pixels."""
 
     @classmethod
-    def around(cls, points: FloatArray, *, width: int, height: int) -> _Frame:
+    def around(cls, points: FloatArray, *, width: int, height: int) -> PlanFrame:
+        """The frame that shows points `(n, 2)`, metres, as large as fits `height` x `width`."""
         low, high = points.min(axis=0) - _MARGIN_M, points.max(axis=0) + _MARGIN_M
-        box = np.array([width, height]) * _FINE
+        box = np.array([width, height]) * PLAN_FINE
         scale = float(np.min(box / np.maximum(high - low, 1e-3)))
         middle = (low + high) / 2.0
         return cls(middle - box / scale / 2.0, scale, (int(box[0]), int(box[1])))
 
     def __call__(self, plan: ArrayLike) -> list[tuple[float, float]]:
+        """Points of the plan, `(n, 2)` or one, in fine pixels."""
         points = (np.asarray(plan, np.float64).reshape(-1, 2) - self.low) * self.scale
         return [(float(x), float(y)) for x, y in points]
 
@@ -99,24 +104,42 @@ def scene_sheet(
 
 def draw_plan(scene: Scene, navmesh: NavMesh, *, width: int, height: int) -> Image.Image:
     """Rooms, furniture, doors, seats and the islands of the navmesh, `height` x `width` pixels."""
-    frame = _Frame.around(_extent(scene, navmesh), width=width, height=height)
+    frame = PlanFrame.around(_extent(scene, navmesh), width=width, height=height)
+    picture = Image.new("RGB", frame.size, _PAPER)
+    rooms = _draw_rooms(ImageDraw.Draw(picture), frame, scene)
+    picture = _with_islands(picture, frame, navmesh)
+    draw = ImageDraw.Draw(picture)
+    _draw_contents(draw, frame, scene)
+    _label_rooms(draw, frame, scene, rooms)
+    _draw_scale(draw, frame)
+    return picture.resize((width, height), Image.Resampling.LANCZOS)
+
+
+def draw_floor(scene: Scene, frame: PlanFrame) -> Image.Image:
+    """Rooms, furniture, doors and seats, in fine pixels, to draw more on top."""
     picture = Image.new("RGB", frame.size, _PAPER)
     draw = ImageDraw.Draw(picture)
+    _draw_rooms(draw, frame, scene)
+    _draw_contents(draw, frame, scene)
+    return picture
+
+
+def _draw_rooms(draw: ImageDraw.ImageDraw, frame: PlanFrame, scene: Scene) -> list[shapely.Polygon]:
+    """Draws walls and floors, and returns the floors."""
     rooms = [shapely.Polygon(room.polygon) for room in scene.rooms]
     _draw_walls(draw, frame, scene, rooms)
     for room, polygon in zip(scene.rooms, rooms, strict=True):
         _fill(draw, frame, polygon, _ROOM_COLORS.get(room.purpose, _OTHER_ROOM))
-    picture = _with_islands(picture, frame, navmesh)
-    draw = ImageDraw.Draw(picture)
+    return rooms
+
+
+def _draw_contents(draw: ImageDraw.ImageDraw, frame: PlanFrame, scene: Scene) -> None:
     for thing in sorted(scene.objects, key=lambda one: one.position[1] + one.size[1]):
         _draw_object(draw, frame, thing)
     for door in scene.doors:
         _draw_door(draw, frame, door)
     for seat in scene.seats:
         _draw_seat(draw, frame, seat)
-    _label_rooms(draw, frame, scene, rooms)
-    _draw_scale(draw, frame)
-    return picture.resize((width, height), Image.Resampling.LANCZOS)
 
 
 def floor_areas_m2(scene: Scene, navmesh: NavMesh) -> list[float]:
@@ -148,7 +171,7 @@ def _extent(scene: Scene, navmesh: NavMesh) -> FloatArray:
 
 
 def _draw_walls(
-    draw: ImageDraw.ImageDraw, frame: _Frame, scene: Scene, rooms: list[shapely.Polygon]
+    draw: ImageDraw.ImageDraw, frame: PlanFrame, scene: Scene, rooms: list[shapely.Polygon]
 ) -> None:
     whole = shapely.union_all([room.buffer(_WALL_M, join_style="mitre") for room in rooms])
     _fill(draw, frame, whole, _WALL)
@@ -167,7 +190,7 @@ def _draw_walls(
 
 def _fill(
     draw: ImageDraw.ImageDraw,
-    frame: _Frame,
+    frame: PlanFrame,
     shape: shapely.Geometry,
     color: tuple[int, ...],
 ) -> None:
@@ -177,7 +200,7 @@ def _fill(
             draw.polygon(frame(polygon.exterior.coords), fill=color)
 
 
-def _with_islands(picture: Image.Image, frame: _Frame, navmesh: NavMesh) -> Image.Image:
+def _with_islands(picture: Image.Image, frame: PlanFrame, navmesh: NavMesh) -> Image.Image:
     colors = [_MAIN_ISLAND, *_cycled(_OTHER_ISLANDS, len(navmesh.islands) - 1)]
     for polygon, color in zip(navmesh.polygons, colors, strict=True):
         mask = Image.new("L", frame.size, 0)
@@ -188,7 +211,7 @@ def _with_islands(picture: Image.Image, frame: _Frame, navmesh: NavMesh) -> Imag
         picture = Image.composite(Image.new("RGB", frame.size, color), picture, mask)
         draw = ImageDraw.Draw(picture)
         for ring in (polygon.exterior, *polygon.interiors):
-            draw.line(frame(ring.coords), fill=color, width=_FINE)
+            draw.line(frame(ring.coords), fill=color, width=PLAN_FINE)
     return picture
 
 
@@ -197,15 +220,15 @@ def _cycled(colors: Iterable[tuple[int, ...]], count: int) -> list[tuple[int, ..
     return [listed[place % len(listed)] for place in range(max(count, 0))]
 
 
-def _draw_object(draw: ImageDraw.ImageDraw, frame: _Frame, thing: SceneObject) -> None:
+def _draw_object(draw: ImageDraw.ImageDraw, frame: PlanFrame, thing: SceneObject) -> None:
     if thing.position[1] > _HIGH_M:
         return
     corners = frame(thing.footprint)
     flat = thing.size[1] < 0.05
     draw.polygon(corners, fill=_RUG if flat else _FURNITURE)
-    draw.line([*corners, corners[0]], fill=_FURNITURE_EDGE, width=_FINE)
+    draw.line([*corners, corners[0]], fill=_FURNITURE_EDGE, width=PLAN_FINE)
     label = thing.category.replace("_", " ")
-    font = ImageFont.load_default(size=9 * _FINE)
+    font = ImageFont.load_default(size=9 * PLAN_FINE)
     box = draw.textbbox((0, 0), label, font=font)
     spans = np.ptp(np.array(corners), axis=0)
     if label and box[2] - box[0] < spans[0] and box[3] - box[1] < spans[1] and not flat:
@@ -213,21 +236,21 @@ def _draw_object(draw: ImageDraw.ImageDraw, frame: _Frame, thing: SceneObject) -
         draw.text((middle[0], middle[1]), label, fill=_QUIET, font=font, anchor="mm")
 
 
-def _draw_door(draw: ImageDraw.ImageDraw, frame: _Frame, door: Door) -> None:
+def _draw_door(draw: ImageDraw.ImageDraw, frame: PlanFrame, door: Door) -> None:
     """The leaf from its hinge; a closed one with a dot where one knocks."""
     hinge = np.array([door.hinge[0], door.hinge[2]])
     knock = np.array([door.knock_point[0], door.knock_point[2]])
     yaw = math.radians(door.yaw_deg)
     along = np.array([math.cos(yaw), -math.sin(yaw)])
     side = 1.0 if float((knock - hinge) @ along) >= 0.0 else -1.0
-    draw.line(frame([hinge, hinge + side * door.width * along]), fill=_DOOR, width=3 * _FINE)
+    draw.line(frame([hinge, hinge + side * door.width * along]), fill=_DOOR, width=3 * PLAN_FINE)
     if door.is_closed:
         way = np.array([math.sin(yaw), math.cos(yaw)])
-        (x, y), reach = frame(knock + 0.25 * way)[0], 4 * _FINE
+        (x, y), reach = frame(knock + 0.25 * way)[0], 4 * PLAN_FINE
         draw.ellipse((x - reach, y - reach, x + reach, y + reach), fill=_DOOR)
 
 
-def _draw_seat(draw: ImageDraw.ImageDraw, frame: _Frame, seat: Seat) -> None:
+def _draw_seat(draw: ImageDraw.ImageDraw, frame: PlanFrame, seat: Seat) -> None:
     """A triangle that points where a sitter looks."""
     yaw = math.radians(seat.yaw_deg)
     way = np.array([math.sin(yaw), math.cos(yaw)])
@@ -238,23 +261,23 @@ def _draw_seat(draw: ImageDraw.ImageDraw, frame: _Frame, seat: Seat) -> None:
 
 
 def _label_rooms(
-    draw: ImageDraw.ImageDraw, frame: _Frame, scene: Scene, rooms: list[shapely.Polygon]
+    draw: ImageDraw.ImageDraw, frame: PlanFrame, scene: Scene, rooms: list[shapely.Polygon]
 ) -> None:
-    font = ImageFont.load_default(size=12 * _FINE)
+    font = ImageFont.load_default(size=12 * PLAN_FINE)
     for room, polygon in zip(scene.rooms, rooms, strict=True):
         x0, z0, _, _ = polygon.bounds
         (x, y), text = frame([x0, z0])[0], f"{room.purpose or room.room_id} {polygon.area:.0f} m2"
-        box = draw.textbbox((x + 6 * _FINE, y + 4 * _FINE), text, font=font)
+        box = draw.textbbox((x + 6 * PLAN_FINE, y + 4 * PLAN_FINE), text, font=font)
         draw.rectangle([box[0] - 6, box[1] - 3, box[2] + 6, box[3] + 3], fill=_PAPER)
-        draw.text((x + 6 * _FINE, y + 4 * _FINE), text, fill=_INK, font=font)
+        draw.text((x + 6 * PLAN_FINE, y + 4 * PLAN_FINE), text, fill=_INK, font=font)
 
 
-def _draw_scale(draw: ImageDraw.ImageDraw, frame: _Frame) -> None:
+def _draw_scale(draw: ImageDraw.ImageDraw, frame: PlanFrame) -> None:
     """A bar of one metre in the lower left corner."""
-    x, y = 14 * _FINE, frame.size[1] - 14 * _FINE
-    draw.line([(x, y), (x + frame.scale, y)], fill=_INK, width=2 * _FINE)
-    font = ImageFont.load_default(size=11 * _FINE)
-    draw.text((x + frame.scale + 5 * _FINE, y), "1 m", fill=_INK, font=font, anchor="lm")
+    x, y = 14 * PLAN_FINE, frame.size[1] - 14 * PLAN_FINE
+    draw.line([(x, y), (x + frame.scale, y)], fill=_INK, width=2 * PLAN_FINE)
+    font = ImageFont.load_default(size=11 * PLAN_FINE)
+    draw.text((x + frame.scale + 5 * PLAN_FINE, y), "1 m", fill=_INK, font=font, anchor="lm")
 
 
 def _draw_legend(draw: ImageDraw.ImageDraw, width: int, y: int) -> None:

@@ -22,8 +22,9 @@ from affectsim_data.loaders.samples import Sample, draw_sample
 from affectsim_data.observations import Condition
 from affectsim_data.releases import Release, open_release
 from affectsim_data.releases.filters import Filter
+from affectsim_data.releases.joined_splits import split_title
 from affectsim_data.releases.selection import select_rows, selection_fingerprint
-from affectsim_data.releases.splits import dictionary_codes
+from affectsim_data.releases.splits import EpisodeTable, SplitBy, dictionary_codes
 from affectsim_data.render import RendererName, process_renderer
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ class AffectSimDataset(Dataset[Any]):
         release: str | Path | Release = "mini",
         *,
         split: str = "test",
+        split_by: SplitBy = "group",
         condition: str | Condition = "p_ref",
         clip: str | Clip = "8x224",
         filter: Filter | None = None,
@@ -67,6 +69,8 @@ class AffectSimDataset(Dataset[Any]):
             release: `mini` (built on first use), a folder, `hf://datasets/ORG/NAME@REVISION`, or
                 a release already open.
             split: `train`, `validation` or `test`.
+            split_by: What no two splits share: `group`, the paper's split, for people never seen;
+                `scene`, for homes never seen; `both`, for either at once, of fewer episodes.
             condition: `p_init`, `p_ref`, `p_mon`, or an object such as `Orbit(distance_m=2.0)`.
             clip: `8x224`, `16x224`, `1x448`, `full`, or a `Clip`.
             filter: Only episodes whose columns match: `[(column, operator, value), ...]` where
@@ -81,17 +85,24 @@ class AffectSimDataset(Dataset[Any]):
 
         Raises:
             FileNotFoundError: No such release, or not all of it.
-            ValueError: Unknown split, condition or clip; an empty split; `instances` without
-                `images`; a malformed filter, an unknown identifier, or no episode left.
+            ValueError: Unknown split, split_by, condition or clip; an empty split; `instances`
+                without `images`; a malformed filter, an unknown identifier, or no episode left.
         """
         self.condition = resolve_condition(condition)
         self.clip = resolve_clip(clip)
         self.release = release if isinstance(release, Release) else open_release(release)
-        self.split = split
+        self.split, self.split_by = split, split_by
         if instances and not images:
             raise ValueError("instances=True needs images=True: instance ids are drawn")
         self._rows = self._packed(
-            select_rows(self.release, split, filter=filter, episodes=episodes, exclude=exclude)
+            select_rows(
+                self.release,
+                split,
+                split_by=split_by,
+                filter=filter,
+                episodes=episodes,
+                exclude=exclude,
+            )
         )
         self._transform = transform
         self._images = images
@@ -99,9 +110,13 @@ class AffectSimDataset(Dataset[Any]):
         self._renderer: RendererName = renderer
         self._device = device
 
+    @property
+    def _table(self) -> EpisodeTable:
+        return self.release.split_table(self.split, self.split_by)
+
     def _packed(self, rows: NDArray[np.int64]) -> NDArray[np.int32] | None:
         """Rows as they are kept and sent to workers; `None` for the whole split in its order."""
-        count = self.release.num_episodes(self.split)
+        count = self._table.num_episodes
         whole = len(rows) == count and bool((rows == np.arange(count)).all())
         return None if whole else rows.astype(np.int32)
 
@@ -111,7 +126,7 @@ class AffectSimDataset(Dataset[Any]):
 
     def __len__(self) -> int:
         if self._rows is None:
-            return self.release.num_episodes(self.split)
+            return self._table.num_episodes
         return len(self._rows)
 
     @property
@@ -133,13 +148,13 @@ class AffectSimDataset(Dataset[Any]):
         Two datasets of the same episodes in the same order have the same one, however the episodes
         were chosen; condition, clip, place and commit do not matter.
         """
-        return selection_fingerprint(self.release, self.split, self.rows)
+        return selection_fingerprint(self.release, self.split, self.rows, split_by=self.split_by)
 
     @functools.cached_property
     def scene_codes(self) -> NDArray[np.int64]:
         """Places of the episodes' scenes in `scene_ids`, `(len,)`."""
         numbers = {scene_id: number for number, scene_id in enumerate(self.scene_ids)}
-        codes, words = dictionary_codes(self.release.episode_index(self.split).column("scene_id"))
+        codes, words = dictionary_codes(self._table.index.column("scene_id"))
         # A scene the release does not have is an error when it is drawn, not before.
         known = np.array([numbers.get(word, len(numbers)) for word in words], np.int64)
         return known[codes][self.rows]
@@ -176,11 +191,12 @@ class AffectSimDataset(Dataset[Any]):
             IndexError: Outside the dataset.
         """
         row = as_place(index, len(self), self._name).row
-        return self.release.episode(self.split, row if self._rows is None else int(self._rows[row]))
+        return self._table.episode(row if self._rows is None else int(self._rows[row]))
 
     @property
     def _name(self) -> str:
-        return f"split {self.split!r}" if self._rows is None else f"this part of {self.split!r}"
+        title = split_title(self.split, self.split_by)
+        return title if self._rows is None else f"this part of {title}"
 
     def world(self, index: SupportsIndex) -> World:
         """The scene and the people behind a sample."""
@@ -195,7 +211,7 @@ class AffectSimDataset(Dataset[Any]):
         if self.release.is_remote:
             wanted = np.fromiter(rows, np.int64)
             places = wanted if self._rows is None else self._rows[wanted]
-            self.release.prefetch(self.release.episode_files(self.split, places))
+            self.release.prefetch(self._table.files(places))
 
     def __getitem__(self, index: SupportsIndex | Place) -> Any:
         place = as_place(index, len(self), self._name)

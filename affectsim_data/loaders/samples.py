@@ -52,6 +52,7 @@ class Sample(TypedDict):
     scene_id: str
     avatar_id: str
     split: str
+    """The split by group, whatever split the dataset is of."""
     family: str
     challenge: str
     """Empty outside the observation-controlled family."""

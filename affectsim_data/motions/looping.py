@@ -11,7 +11,7 @@ Both say in `source` and `provenance` what was done, and `Motion.original()` und
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ from affectsim_data.poses import (
 )
 from affectsim_data.skeletons import BODY
 
-__all__ = ["close_loop", "make_cyclic", "out_and_back", "seam_step"]
+__all__ = ["close_loop", "common_end", "make_cyclic", "out_and_back", "seam_step"]
 
 TRAVEL_MIN_M = 0.5
 """Net displacement from which a performance counts as travelling."""
@@ -69,7 +69,7 @@ def make_cyclic(
     return close_loop(motion, seam_s=seam_s)
 
 
-def close_loop(motion: Motion, seam_s: float = 0.4) -> Motion:
+def close_loop(motion: Motion, seam_s: float = 0.4, *, num_frames: int | None = None) -> Motion:
     """The motion with its end warped onto its beginning, or walked there if it ends in a walk.
 
     At most the last fifth, or second, is given up if that brings the end nearer to the beginning.
@@ -81,14 +81,21 @@ def close_loop(motion: Motion, seam_s: float = 0.4) -> Motion:
     Args:
         motion: A performance whose root comes back to nearly where it began.
         seam_s: Length of the seam; at most half of the motion is touched.
+        num_frames: How many frames to keep, for motions that must stay in step; then nothing is
+            walked home.
 
     Raises:
-        ValueError: It has fewer than three frames.
+        ValueError: It has fewer than three frames, or than are to be kept.
     """
     _check_length(motion)
-    if _speed_at_ends(motion) > _WALKING_M_S:
+    if num_frames is None and _speed_at_ends(motion) > _WALKING_M_S:
         return _walked_home(motion)
-    count = _best_end(motion)
+    count = common_end([motion]) if num_frames is None else num_frames
+    if not _LEAST_FRAMES <= count <= motion.num_frames:
+        raise ValueError(
+            f"motion {motion.motion_id!r}: num_frames must be from {_LEAST_FRAMES} to "
+            f"{motion.num_frames}, got {count}"
+        )
     root, local = motion.root_translation[:count], motion.joint_rotations[:count]
     positions, world = BODY.forward_kinematics(root, local)
     planted = _planted(positions[:, TOES], motion.fps)
@@ -208,11 +215,18 @@ def _walked_home(motion: Motion) -> Motion:
     return _cycle(motion, root, local, loop, note)
 
 
-def _best_end(motion: Motion) -> int:
-    """How many frames to keep, so that what would come next is most like the first frame."""
+def common_end(motions: Sequence[Motion]) -> int:
+    """How many frames to keep, so that what would come next is most like the first frame.
+
+    At most the last fifth, or second, is given up.
+
+    Args:
+        motions: What is performed together: as many frames each, at one rate.
+    """
+    motion = motions[0]
     count = motion.num_frames
     spare = int(min(_TRIM_SHARE * count, _TRIM_MOST_S * motion.fps, count - _LEAST_FRAMES))
-    positions = motion.joint_positions()
+    positions = np.concatenate([one.joint_positions() for one in motions], axis=1)
     positions = np.concatenate([positions, 2.0 * positions[-1:] - positions[-2:-1]])
     ends = np.arange(count - spare, count + 1)
     speeds = np.diff(positions, axis=0) * motion.fps

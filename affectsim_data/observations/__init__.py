@@ -2,17 +2,28 @@
 
 from affectsim_data.observations.condition import Condition
 from affectsim_data.observations.orbit import Orbit
-from affectsim_data.observations.reference import PRef, ReferenceSearch, plan_reference
+from affectsim_data.observations.reference import (
+    PRef,
+    ReferencePlanner,
+    ReferenceSearch,
+    plan_reference,
+    reference_planner,
+)
 from affectsim_data.observations.still import PInit, PMon, head_camera_pose, monitor_pose
+from affectsim_data.observations.tracks import BodyTrack, body_track
 
 __all__ = [
+    "BodyTrack",
     "Condition",
     "Orbit",
     "PInit",
     "PMon",
     "PRef",
+    "ReferencePlanner",
     "ReferenceSearch",
+    "body_track",
     "head_camera_pose",
     "monitor_pose",
     "plan_reference",
+    "reference_planner",
 ]

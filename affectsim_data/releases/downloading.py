@@ -258,11 +258,13 @@ def _manifest_of(
         choice = {s: source.partial_of.scene_ids[s] for s in selection.splits}
     if held is not None and held.partial_of is not None:
         choice = join_scenes(held.partial_of.scene_ids, choice)
+    there = tuple(split for split in SPLITS if source.num_rows("index", split))
     starts = {k: row for split in SPLITS for k, row in source.first_rows(split).items()}
     partial = Partial(
         uri=origin.uri,
         manifest_sha256=origin.manifest_sha256,
         scene_ids=choice,
+        splits=there if source.partial_of is None else source.partial_of.splits,
         first_rows={name: starts[name] for name in names if name in starts},
     )
     files = {name: source.files[name] for name in names}

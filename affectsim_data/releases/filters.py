@@ -20,7 +20,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from affectsim_data.releases.release import Release
+from affectsim_data.releases.splits import EpisodeTable
 from affectsim_data.schemas import SCHEMAS
 
 __all__ = ["Comparison", "Filter", "filter_columns", "matching", "parse_where", "values_there_are"]
@@ -43,7 +43,7 @@ _KINDS: dict[pa.DataType, tuple[tuple[type, ...], str]] = {
 }
 
 
-def matching(release: Release, split: str, filter: Filter) -> NDArray[np.bool_]:
+def matching(table: EpisodeTable, filter: Filter) -> NDArray[np.bool_]:
     """Which episodes of a split match, `(num_episodes,)`.
 
     Columns of the index cost nothing more; others have the episodes table read.
@@ -52,13 +52,13 @@ def matching(release: Release, split: str, filter: Filter) -> NDArray[np.bool_]:
         ValueError: The filter is malformed, or names a column there is none of.
     """
     groups = _groups(filter)
-    table = _columns(release, split, filter_columns(filter))
+    columns = _columns(table, filter_columns(filter))
     any_of = functools.reduce(
         operator.or_,
         (functools.reduce(operator.and_, (_expression(*one) for one in group)) for group in groups),
     )
-    rows = table.filter(any_of).column(_ROW).to_numpy()
-    chosen = np.zeros(release.num_episodes(split), bool)
+    rows = columns.filter(any_of).column(_ROW).to_numpy()
+    chosen = np.zeros(table.num_episodes, bool)
     chosen[rows] = True
     return chosen
 
@@ -72,12 +72,12 @@ def filter_columns(filter: Filter) -> list[str]:
     return list(dict.fromkeys(column for group in _groups(filter) for column, _, _ in group))
 
 
-def values_there_are(release: Release, splits: Sequence[str], filter: Filter) -> str:
+def values_there_are(tables: Sequence[EpisodeTable], filter: Filter) -> str:
     """For a message: what the columns of a filter hold in some splits."""
-    tables = [_columns(release, split, filter_columns(filter)) for split in splits]
+    found = [_columns(table, filter_columns(filter)) for table in tables]
     listed = []
     for name in filter_columns(filter):
-        values = pa.chunked_array([c for table in tables for c in table.column(name).chunks])
+        values = pa.chunked_array([c for columns in found for c in columns.column(name).chunks])
         listed.append(f"{name}: {_values(values)}")
     return "; ".join(listed)
 
@@ -91,16 +91,16 @@ def _values(column: pa.ChunkedArray) -> str:
     return ", ".join([*found[:_SHOWN], *more, *null])
 
 
-def _columns(release: Release, split: str, names: list[str]) -> pa.Table:
+def _columns(table: EpisodeTable, names: list[str]) -> pa.Table:
     """Columns of the episodes that are here, and their places in the split."""
     if set(names) <= set(SCHEMAS["index"].names):
-        table = release.episode_index(split).select(names)
-        rows = np.arange(table.num_rows)
+        found = table.index.select(names)
+        rows = np.arange(found.num_rows)
     else:
-        table = release.episode_table(split, names)
-        rows = release.split_table(split).held_rows
+        found = table.table(names)
+        rows = table.held_rows
     plain = pa.schema([SCHEMAS["episodes"].field(name) for name in names])
-    return table.cast(plain).append_column(_ROW, pa.array(rows))
+    return found.cast(plain).append_column(_ROW, pa.array(rows))
 
 
 def _expression(column: str, relation: str, value: Any) -> pc.Expression:

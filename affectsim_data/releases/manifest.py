@@ -16,7 +16,7 @@ from affectsim_data.cameras import Camera
 from affectsim_data.episodes import Robot
 from affectsim_data.errors import IntegrityError
 from affectsim_data.releases.partial import Partial
-from affectsim_data.schemas import SCHEMA_VERSION, AssetTable
+from affectsim_data.schemas import ASSET_TABLES, SCHEMA_VERSION, AssetTable
 
 __all__ = ["MANIFEST_NAME", "FileEntry", "Manifest", "Source", "read_verified", "sha256_of"]
 
@@ -50,8 +50,8 @@ class Source:
 
     name: str
     """Of the corpus or dataset."""
-    kind: str
-    """`motions`, `scenes` or `avatars`."""
+    kind: AssetTable
+    """What comes from it."""
     licence: str
     """Identifier, SPDX where there is one."""
     redistribution: bool = True
@@ -61,17 +61,24 @@ class Source:
     obtain: str = ""
     """Where one gets it."""
 
+    def __post_init__(self) -> None:
+        if self.kind not in ASSET_TABLES:
+            raise ValueError(
+                f"source {self.name!r}: kind must be one of {', '.join(ASSET_TABLES)}, "
+                f"got {self.kind!r}"
+            )
+
     @classmethod
     def from_json(cls, document: Mapping[str, Any]) -> Source:
         """Reads an entry of the manifest.
 
         Raises:
             KeyError: A key lacks.
-            ValueError: `redistribution` is no boolean.
+            ValueError: `kind` is none of the assets' tables, or `redistribution` no boolean.
         """
         return cls(
             name=str(document["name"]),
-            kind=str(document["kind"]),
+            kind=document["kind"],
             licence=str(document["licence"]),
             redistribution=_boolean(document.get("redistribution", True), "redistribution"),
             citation=str(document.get("citation", "")),

@@ -24,6 +24,8 @@ class Partial:
     """Hash of the whole release's manifest: two copies with the same one can be joined."""
     scene_ids: SceneChoice
     """Splits that are here, and of each the scenes whose episodes are."""
+    splits: tuple[Split, ...]
+    """Splits of the whole release that have episodes: by scene, each may hold some of any."""
     first_rows: Mapping[str, int]
     """Place in its split's table of the first row of each episodes shard that is here."""
 
@@ -35,11 +37,13 @@ class Partial:
             words.append(f"{count}split {split}")
         return ", ".join(words)
 
-    def lacks(self, split: str, *, folder: str) -> str:
+    def lacks(self, split: str, *, folder: str, split_by: str = "group") -> str:
         """What to tell who asks this copy, in `folder`, for a split that is not here."""
+        option = "" if split_by == "group" else f" --split-by {split_by}"
+        by = {"group": "", "scene": " by scene", "both": " by group and scene"}[split_by]
         return (
-            f"{folder}: this copy holds only {self.describe()}; "
-            f"`affectsim download {self.uri} --split {split} --out {folder}` adds split {split}"
+            f"{folder}: this copy holds only {self.describe()}; `affectsim download {self.uri}"
+            f"{option} --split {split} --out {folder}` adds split {split}{by}"
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -51,6 +55,7 @@ class Partial:
                 split: None if scenes is None else list(scenes)
                 for split, scenes in self.scene_ids.items()
             },
+            "splits": list(self.splits),
             "first_rows": dict(self.first_rows),
         }
 
@@ -61,8 +66,8 @@ class Partial:
         Raises:
             ValueError: It names a split there is none of.
         """
-        choice = document["scene_ids"]
-        if unknown := sorted(set(choice) - set(SPLITS)):
+        choice, whole = document["scene_ids"], document["splits"]
+        if unknown := sorted({*choice, *whole} - set(SPLITS)):
             raise ValueError(f"partial_of: unknown splits {', '.join(unknown)}")
         return cls(
             uri=str(document["uri"]),
@@ -72,6 +77,7 @@ class Partial:
                 for split in SPLITS
                 if split in choice
             },
+            splits=tuple(split for split in SPLITS if split in whole),
             first_rows={str(name): int(row) for name, row in document["first_rows"].items()},
         )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,9 +12,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
+from affectsim_data.releases.joined_splits import split_title, splits_there
 from affectsim_data.releases.partial import SceneChoice
 from affectsim_data.releases.release import Release
 from affectsim_data.releases.selection import held_rows
+from affectsim_data.releases.splits import SplitBy
 from affectsim_data.releases.stores import Store
 from affectsim_data.schemas import ASSET_TABLES, SPLITS, Split
 
@@ -26,10 +28,13 @@ _LISTED = 20
 
 @dataclasses.dataclass(frozen=True)
 class Selection:
-    """A part of a release: the episodes of some splits and scenes, and what drawing them needs."""
+    """A part of a release: the episodes of some splits and scenes, and what drawing them needs.
+
+    A split by scene is one of scenes: all stored splits, and the scenes whose split it is.
+    """
 
     splits: tuple[Split, ...]
-    """Splits whose episodes are in it."""
+    """Stored splits whose episodes are in it."""
     scene_ids: tuple[str, ...] | None = None
     """Scenes whose episodes are in it; `None` for all."""
     tables: tuple[str, ...] | None = None
@@ -92,6 +97,7 @@ def select(
     release: Release,
     *,
     splits: Sequence[str] = (),
+    split_by: SplitBy = "group",
     scene_ids: Sequence[str] = (),
     tables: Sequence[str] | None = None,
 ) -> Selection:
@@ -100,14 +106,17 @@ def select(
     Args:
         release: The release, or a partial copy of one.
         splits: Splits to have; all that are there if empty.
+        split_by: What no two of them share; see `Release.split_table`.
         scene_ids: Scenes to have; all if empty.
         tables: Tables to have beside episodes and assets; all if `None`.
 
     Raises:
         ValueError: There is no such split, no such scene, or no episode of the splits in a scene.
     """
+    if split_by != "group" and splits:
+        return _select_joined(release, splits, split_by, scene_ids, tables)
     manifest = release.manifest
-    held = [split for split in SPLITS if manifest.num_rows("index", split)]
+    held = splits_there(release)
     for split in splits:
         if split not in held:
             if split in SPLITS and manifest.partial_of is not None:
@@ -124,6 +133,38 @@ def select(
             f"{release.uri}: no episode of {', '.join(empty)} is in {', '.join(scenes)}"
         )
     return Selection(inside, scenes, extra)
+
+
+def _select_joined(
+    release: Release,
+    splits: Sequence[str],
+    split_by: SplitBy,
+    scene_ids: Sequence[str],
+    tables: Sequence[str] | None,
+) -> Selection:
+    """A part of a release by splits it does not store."""
+    if split_by == "both" and len(splits) > 1:
+        raise ValueError(
+            f"--split-by both takes one split at a time, got {', '.join(splits)}; "
+            "a second download into the same folder adds to it"
+        )
+    found: set[str] = set()
+    for split in splits:
+        rows = held_rows(release, split, split_by)
+        scenes = release.split_table(split, split_by).index.column("scene_id").take(pa.array(rows))
+        found.update(pc.unique(scenes.cast(pa.string())).to_pylist())
+    if unknown := sorted(set(scene_ids) - found):
+        titles = ", ".join(split_title(split, split_by) for split in splits)
+        raise ValueError(
+            f"{release.uri}: no episode of {titles} is in {', '.join(unknown)}; "
+            f"scenes with episodes: {_listed(found)}"
+        )
+    chosen = tuple(sorted(set(scene_ids) or found))
+    # Every stored split, as to find the episodes of a scene its index is needed.
+    stored = splits_there(release)
+    if split_by == "both":
+        stored = tuple(split for split in stored if split in splits)
+    return Selection(stored, chosen, None if tables is None else tuple(tables))
 
 
 def files_of(release: Release, selection: Selection) -> list[str]:
@@ -183,13 +224,16 @@ def _splits_inside(
     }
     known = set[str]().union(*there.values())
     if unknown := sorted(set(scene_ids) - known):
-        listed = ", ".join(sorted(known)[:_LISTED])
-        more = f" and {len(known) - _LISTED} more" if len(known) > _LISTED else ""
         raise ValueError(
             f"{release.uri}: no episode of {', '.join(splits)} is in {', '.join(unknown)}; "
-            f"scenes with episodes: {listed}{more}"
+            f"scenes with episodes: {_listed(known)}"
         )
     return tuple(split for split in splits if there[split] & set(scene_ids))
+
+
+def _listed(scene_ids: Collection[str]) -> str:
+    more = f" and {len(scene_ids) - _LISTED} more" if len(scene_ids) > _LISTED else ""
+    return ", ".join(sorted(scene_ids)[:_LISTED]) + more
 
 
 def _rows_in(release: Release, split: str, scene_ids: tuple[str, ...] | None) -> NDArray[np.int64]:

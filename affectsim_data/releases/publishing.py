@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from affectsim_data.releases.manifest import MANIFEST_NAME
+from affectsim_data.releases.manifest import MANIFEST_NAME, Manifest
 from affectsim_data.releases.stores import FolderStore
 from affectsim_data.releases.transfers import Progress, failure_list, transfer
 from affectsim_data.schemas import TableName
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["Published", "check_publishable", "publish", "repository_id"]
 
 _REPOSITORY = re.compile(r"(?:hf://datasets/)?([\w.-]+/[\w.-]+)/?")
-_BESIDE = ("croissant.json",)
-"""Files that go along where they are, and that the manifest does not list."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,19 +60,32 @@ def check_publishable(store: FolderStore, *, private: bool) -> None:
             f"{store.uri}: this copy holds only {manifest.partial_of.describe()} of "
             f"{manifest.partial_of.uri}; upload the whole release"
         )
-    if not manifest.redistribution and not private:
+    if not private and (reasons := _why_not_public(manifest)):
         raise ValueError(
-            f"{store.uri}: holds what may not be passed on ({', '.join(manifest.licences)}); share "
-            f"its recipe, {manifest.recipe!r}, so that others build it from their own copy of the "
-            "corpus, or add --private to keep it to yourself"
+            f"{store.uri}: holds what may not be passed on: {'; '.join(reasons)}. Share its "
+            f"recipe, {manifest.recipe!r}, so that others build the release from their own copies, "
+            "or add --private to keep it to yourself"
         )
+
+
+def _why_not_public(manifest: Manifest) -> list[str]:
+    """Each source that may not be passed on, with its licence and where others get it."""
+    reasons = [
+        f"the {source.kind} of {source.name!r}, licence {source.licence or 'not stated'}"
+        + (f" (to get it: {source.obtain.rstrip('.')})" if source.obtain else "")
+        for source in manifest.sources
+        if not source.redistribution
+    ]
+    if reasons or manifest.redistribution:
+        return reasons
+    return [f"its recipe says so of all of it, licences {', '.join(manifest.licences)}"]
 
 
 def publish(
     store: FolderStore,
     repo_id: str,
     *,
-    card: str,
+    pages: Callable[[], Mapping[str, bytes]],
     private: bool = False,
     tag: str | None = None,
     message: str | None = None,
@@ -85,7 +96,8 @@ def publish(
     Args:
         store: The release.
         repo_id: `ORG/NAME`.
-        card: Text of its README.md.
+        pages: Gives what goes with it and is not in its manifest, by name: README.md above all.
+            Asked once the release is verified.
         private: Whether only its owner may see the dataset.
         tag: Name for this version, which must be new.
         message: Of the commit.
@@ -101,14 +113,14 @@ def publish(
     place = f"hf://datasets/{repo_id}"
     api = _api(place)
     _verify(store, jobs=jobs)
-    manifest = store.manifest
+    manifest, beside = store.manifest, pages()
     with _plain_errors(place):
         head = _open_repository(api, repo_id, private=private, tag=tag)
         remote = api.list_repo_files(repo_id, repo_type="dataset", revision=head)
         old = _outdated(remote, set(manifest.files))
         info = api.create_commit(
             repo_id,
-            _operations(store, card, old),
+            _operations(store, beside, old),
             commit_message=message
             or f"Release {manifest.name}, built by affectsim-data {manifest.code_version}",
             repo_type="dataset",
@@ -176,7 +188,7 @@ def _outdated(remote: list[str], names: set[str]) -> list[str]:
     return sorted(set(ours) - names)
 
 
-def _operations(store: FolderStore, card: str, old: list[str]) -> list[Any]:
+def _operations(store: FolderStore, beside: Mapping[str, bytes], old: list[str]) -> list[Any]:
     """All changes of the commit.
 
     Not `upload_folder`: from huggingface_hub 2 on it makes many commits of a large folder, and
@@ -184,12 +196,14 @@ def _operations(store: FolderStore, card: str, old: list[str]) -> list[Any]:
     """
     from huggingface_hub import CommitOperationAdd, CommitOperationDelete
 
-    beside = [name for name in _BESIDE if (store.root / name).is_file()]
     adds = [
         CommitOperationAdd(path_in_repo=name, path_or_fileobj=Path(store.root, name))
-        for name in [*store.manifest.files, MANIFEST_NAME, *beside]
+        for name in [*store.manifest.files, MANIFEST_NAME]
     ]
-    adds.append(CommitOperationAdd(path_in_repo="README.md", path_or_fileobj=card.encode()))
+    adds += [
+        CommitOperationAdd(path_in_repo=name, path_or_fileobj=payload)
+        for name, payload in beside.items()
+    ]
     return [*(CommitOperationDelete(path_in_repo=name) for name in old), *adds]
 
 

@@ -14,11 +14,12 @@ import pyarrow.parquet as pq
 from affectsim_data.avatars import Avatar
 from affectsim_data.episodes import Episode, Participant, Person, World
 from affectsim_data.releases.heap import trim_heap
+from affectsim_data.releases.joined_splits import check_split, join_split
 from affectsim_data.releases.manifest import Manifest
 from affectsim_data.releases.rows import read_motion
-from affectsim_data.releases.splits import SplitTable
+from affectsim_data.releases.splits import EpisodeTable, SplitBy, SplitTable
 from affectsim_data.releases.stores import FolderStore, Store
-from affectsim_data.releases.tables import open_parquet
+from affectsim_data.releases.tables import open_parquet, read_table
 from affectsim_data.scenes import Scene
 from affectsim_data.schemas import SCHEMAS, SPLITS, AssetTable
 
@@ -48,6 +49,7 @@ class Release:
         self._store = store
         self._scenes_kept = scenes_kept
         self._splits: dict[str, SplitTable] = {}
+        self._joined: dict[tuple[str, SplitBy], EpisodeTable] = {}
         self._places: dict[AssetTable, dict[str, tuple[str, int]]] = {}
         everything = SCHEMAS["motions"].names[1:]
         self.motion = self._kept(_MOTIONS_KEPT, "motions", everything, read_motion)
@@ -97,20 +99,38 @@ class Release:
         """Whether files come over a network, so that it is of use to `prefetch` them."""
         return not isinstance(self._store, FolderStore)
 
-    def split_table(self, split: str) -> SplitTable:
-        """The episodes of a split; reads nothing yet.
+    def split_table(self, split: str, split_by: SplitBy = "group") -> EpisodeTable:
+        """The episodes of a split.
+
+        Args:
+            split: `train`, `validation` or `test`.
+            split_by: What no two splits share: `group`, the paper's, which is how episodes are
+                stored; `scene`; or `both`, of the episodes in the same split by either.
+
+        Raises:
+            ValueError: Not a split, the release has no episode in it, or a partial copy lacks it.
+        """
+        check_split(split, split_by)
+        if split_by == "group":
+            return self.stored_split(split)
+        key = (split, split_by)
+        if key not in self._joined:
+            self._joined[key] = join_split(self, self._store, split, split_by)
+        return self._joined[key]
+
+    def stored_split(self, split: str) -> SplitTable:
+        """The episodes of a split by group; reads nothing yet.
 
         Raises:
             ValueError: Not a split, or the release has no episode in it.
         """
         if split not in self._splits:
-            if split not in SPLITS:
-                raise ValueError(f"split must be one of {', '.join(SPLITS)}, got {split!r}")
-            counts = {one: self.manifest.num_rows("index", one) for one in SPLITS}
-            if not counts[split]:
+            check_split(split)
+            if not self.manifest.num_rows("index", split):
                 partial = self.manifest.partial_of
                 if partial is not None:
                     raise ValueError(partial.lacks(split, folder=self.uri))
+                counts = {one: self.manifest.num_rows("index", one) for one in SPLITS}
                 raise ValueError(f"{self.uri}: split {split!r} is empty; episodes: {counts}")
             self._splits[split] = SplitTable(self._store, split, self._asset_places)
         return self._splits[split]
@@ -121,7 +141,7 @@ class Release:
         Raises:
             ValueError: Not a split, or the release has no episode in it.
         """
-        return self.split_table(split).num_episodes
+        return self.stored_split(split).num_episodes
 
     def episode_index(self, split: str) -> pa.Table:
         """What the episodes of a split are and which assets they need, one row each.
@@ -132,7 +152,7 @@ class Release:
         Raises:
             ValueError: Not a split, or the release has no episode in it.
         """
-        return self.split_table(split).index
+        return self.stored_split(split).index
 
     def episode_table(self, split: str, columns: Sequence[str] | None = None) -> pa.Table:
         """Columns, all if not said, of the episodes of a split that are here.
@@ -140,7 +160,7 @@ class Release:
         Raises:
             ValueError: Not a split, or the release has no episode in it.
         """
-        return self.split_table(split).table(columns)
+        return self.stored_split(split).table(columns)
 
     def episode(self, split: str, index: int) -> Episode:
         """The episode at a place of a split's table.
@@ -148,7 +168,18 @@ class Release:
         Raises:
             FileNotFoundError: This copy of the release is partial, and without that episode.
         """
-        return self.split_table(split).episode(index)
+        return self.stored_split(split).episode(index)
+
+    def cells(self, split: str) -> pa.Table:
+        """Episodes planned and composed per cell of the recipe, one row each; none if not told.
+
+        Raises:
+            ValueError: Not a split.
+        """
+        check_split(split)
+        names = self.manifest.table_files("cells", split)
+        tables = [read_table(self._store, "cells", name) for name in names]
+        return pa.concat_tables([SCHEMAS["cells"].empty_table(), *tables])
 
     def find_episode(self, episode_id: str) -> Episode:
         """The episode of that identifier, in any split.
@@ -194,7 +225,7 @@ class Release:
         Raises:
             KeyError: An episode names an asset the release does not have.
         """
-        return self.split_table(split).files(rows)
+        return self.stored_split(split).files(rows)
 
     def prefetch(self, files: Iterable[str]) -> None:
         """Has files fetched in the background where they are not here yet; returns at once."""

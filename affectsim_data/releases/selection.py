@@ -12,7 +12,9 @@ import pyarrow.compute as pc
 from numpy.typing import ArrayLike, NDArray
 
 from affectsim_data.releases.filters import Filter, matching, values_there_are
+from affectsim_data.releases.joined_splits import split_title
 from affectsim_data.releases.release import Release
+from affectsim_data.releases.splits import EpisodeTable, SplitBy
 
 __all__ = ["held_rows", "select_rows", "selection_fingerprint"]
 
@@ -23,6 +25,7 @@ def select_rows(
     release: Release,
     split: str,
     *,
+    split_by: SplitBy = "group",
     filter: Filter | None = None,
     episodes: Iterable[str] | None = None,
     exclude: Iterable[str] | None = None,
@@ -32,6 +35,7 @@ def select_rows(
     Args:
         release: The release, or a partial copy of one.
         split: `train`, `validation` or `test`.
+        split_by: What no two splits share: `group`, `scene` or `both`; see `Release.split_table`.
         filter: Comparisons of columns, see `affectsim_data.releases.filters`.
         episodes: Only these, in this order; else the table's order.
         exclude: All but these.
@@ -40,72 +44,73 @@ def select_rows(
         ValueError: Not a split; a malformed filter; an identifier that is not in the split or
             stands in `episodes` twice; or no episode is left.
     """
-    held = held_rows(release, split)
+    table, title = release.split_table(split, split_by), split_title(split, split_by)
+    held, where = table.drawable_rows, f"{title} of {release.uri}"
     if filter is None and episodes is None and exclude is None:
         return held
-    rows = held if episodes is None else _rows_of(release, split, episodes, "episodes", once=True)
-    chosen = np.ones(release.num_episodes(split), bool)
+    rows = held if episodes is None else _rows_of(table, where, episodes, "episodes", once=True)
+    chosen = np.ones(table.num_episodes, bool)
     if exclude is not None:
-        chosen[_rows_of(release, split, exclude, "exclude")] = False
+        chosen[_rows_of(table, where, exclude, "exclude")] = False
     if filter is not None:
         there = np.zeros_like(chosen)
         there[held] = True
-        matched = matching(release, split, filter) & there
+        matched = matching(table, filter) & there
         if not matched.any():
             raise ValueError(
-                f"{release.uri}: no episode of split {split!r} matches filter {filter!r}; "
-                f"there are {values_there_are(release, [split], filter)}"
+                f"{release.uri}: no episode of {title} matches filter {filter!r}; "
+                f"there are {values_there_are([table], filter)}"
             )
         chosen &= matched
     rows = rows[chosen[rows]]
     if not len(rows):
         raise ValueError(
             f"{release.uri}: filter, episodes and exclude together leave no episode of the "
-            f"{len(held)} in split {split!r}"
+            f"{len(held)} in {title}"
         )
     return rows
 
 
-def held_rows(release: Release, split: str) -> NDArray[np.int64]:
+def held_rows(release: Release, split: str, split_by: SplitBy = "group") -> NDArray[np.int64]:
     """Places of all episodes of a split that can be drawn; a partial copy lacks some, `(n,)`.
 
     Raises:
         ValueError: Not a split, or the release has no episode in it.
     """
-    scenes = release.manifest.scene_ids(split)
-    if scenes is None:
-        return np.arange(release.num_episodes(split))
-    inside = np.flatnonzero(matching(release, split, [("scene_id", "in", sorted(scenes))]))
-    return np.intersect1d(inside, release.split_table(split).held_rows)
+    return release.split_table(split, split_by).drawable_rows
 
 
-def selection_fingerprint(release: Release, split: str, rows: ArrayLike) -> str:
+def selection_fingerprint(
+    release: Release, split: str, rows: ArrayLike, *, split_by: SplitBy = "group"
+) -> str:
     """SHA-256 of the release's content, the split and the ordered places in it, hexadecimal.
 
-    The same episodes in the same order have the same one, however they were chosen and wherever
-    the release lies.
+    The same episodes of a split in the same order have the same one, however they were chosen and
+    wherever the release lies.
     """
-    digest = hashlib.sha256(f"{release.content_sha256}\n{split}\n".encode())
+    # The split by group goes by its name alone: tokens and logs of it name no other.
+    name = split if split_by == "group" else f"{split} by {split_by}"
+    digest = hashlib.sha256(f"{release.content_sha256}\n{name}\n".encode())
     digest.update(np.asarray(rows).astype("<i8").tobytes())
     return digest.hexdigest()
 
 
 def _rows_of(
-    release: Release, split: str, ids: Iterable[str], argument: str, *, once: bool = False
+    table: EpisodeTable, where: str, ids: Iterable[str], argument: str, *, once: bool = False
 ) -> NDArray[np.int64]:
-    """Places of identifiers, in their order."""
+    """Places of identifiers, in their order; `where` is what messages call the table."""
     wanted = ids if isinstance(ids, str) else list(ids)
     if isinstance(wanted, str) or not all(isinstance(one, str) for one in wanted):
         raise ValueError(f"{argument} must be a list of episode ids, got {wanted!r}")
-    known = release.episode_index(split).column("episode_id").combine_chunks()
+    known = table.index.column("episode_id").combine_chunks()
     found = pc.index_in(pa.array(wanted, pa.string()), value_set=known)
-    held = set(held_rows(release, split).tolist())
+    held = set(table.drawable_rows.tolist())
     rows = found.to_pylist()
     unknown = [name for name, row in zip(wanted, rows, strict=True) if row not in held]
     if unknown:
         raise ValueError(
-            f"{argument}: {len(unknown)} of {len(wanted)} are not in split {split!r} of "
-            f"{release.uri}, whose ids look like {known[0].as_py()!r}: {_listed(unknown)}"
+            f"{argument}: {len(unknown)} of {len(wanted)} are not in {where}, "
+            f"whose ids look like {known[0].as_py()!r}: {_listed(unknown)}"
         )
     repeated = [name for name, count in Counter(wanted).items() if count > 1]
     if once and repeated:

@@ -10,13 +10,14 @@ import numpy as np
 from affectsim_data.builders.habitat.assets import MeshReader
 from affectsim_data.builders.habitat.categories import read_categories
 from affectsim_data.builders.habitat.dataset import Dataset
+from affectsim_data.builders.habitat.doors import doors_on
 from affectsim_data.builders.habitat.instances import Instance, SceneInstance, read_scene_instance
 from affectsim_data.builders.habitat.rooms import floor_rooms, region_rooms, room_of
 from affectsim_data.builders.habitat.seats import seats_on
 from affectsim_data.builders.habitat.shell import build_shell
 from affectsim_data.builders.habitat.things import Thing, Things
 from affectsim_data.builders.imports import ImportLog, ImportReport
-from affectsim_data.scenes import Room, Scene, SceneObject, Seat, Surface
+from affectsim_data.scenes import Door, Room, Scene, SceneObject, Seat, Surface
 
 __all__ = ["import_scene"]
 
@@ -67,12 +68,13 @@ def import_scene(
     _ignored(instance, log)
     surfaces, rooms = _room_and_walls(dataset, instance, things, stage, objects, shell, log)
     surfaces += [surface for thing in objects for surface in thing.surfaces]
-    described, seats = _described(objects, rooms)
+    described, seats, doors = _described(objects, rooms)
     scene = Scene(
         scene_id=instance.handle,
         surfaces=tuple(surfaces),
         rooms=tuple(rooms),
         seats=seats,
+        doors=doors,
         objects=described,
         source=f"{dataset.name}: {instance.where}",
         licence=licence or dataset.licence,
@@ -160,20 +162,22 @@ def _bounds_room(things: Sequence[Thing]) -> Room:
 
 def _described(
     objects: Sequence[Thing], rooms: Sequence[Room]
-) -> tuple[tuple[SceneObject, ...], tuple[Seat, ...]]:
-    """Every thing as a box about its vertical axis, and the seats of those to sit on."""
+) -> tuple[tuple[SceneObject, ...], tuple[Seat, ...], tuple[Door, ...]]:
+    """Every thing as a box about its vertical axis, the seats of those to sit on, and doors."""
     if not objects:
-        return (), ()
+        return (), (), ()
     boxes = [_upright_box(thing) for thing in objects]
     middles = np.array([[x, y + size[1] / 2.0, z] for (x, y, z), size in boxes])
-    found, seats = [], []
+    found, seats, doors = [], [], []
     for thing, (position, size), index in zip(objects, boxes, room_of(rooms, middles), strict=True):
         room_id = rooms[index].room_id if index >= 0 else ""
         found.append(
             SceneObject(thing.name, thing.category, position, size, thing.yaw_deg, room_id)
         )
-        seats += seats_on(thing, floor_y=rooms[max(int(index), 0)].floor_y)
-    return tuple(found), tuple(seats)
+        floor_y = rooms[max(int(index), 0)].floor_y
+        seats += seats_on(thing, floor_y=floor_y)
+        doors += doors_on(thing, floor_y=floor_y)
+    return tuple(found), tuple(seats), tuple(doors)
 
 
 def _upright_box(thing: Thing) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
