@@ -49,7 +49,7 @@ def test_a_scene_without_its_stage_stops_the_build_and_says_how_to_go_on(
 ) -> None:
     assert build(habitat, tmp_path / "out") == 1
     error = capsys.readouterr().err
-    assert "habitat/bare: " in error
+    assert "stage missing for 1 of 2 scenes: bare" in error
     assert "--shell builds floor and walls" in error
     assert "--skip-broken" in error
     assert not (tmp_path / "out").exists()

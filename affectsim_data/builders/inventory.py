@@ -77,6 +77,8 @@ def check_inventory(
             "complete the folders, change the counts in a copy of the recipe, or add "
             "--skip-broken to build what there is"
         )
+        if recipe.scenes.kind == "habitat" and not recipe.scenes.shell:
+            hint += "; --shell builds floor and walls where a stage is missing"
         raise_problems(f"recipe {recipe.name!r}", lacking, hint=hint)
     return scenes, tuple(lacking)
 

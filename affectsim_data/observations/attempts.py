@@ -83,6 +83,15 @@ class Attempts:
         for chosen, distance_m in itertools.product(list(self._promising()), _VERY_NEAR_M):
             yield self._look(chosen, distance_m)
 
+    def until_safe(self) -> Iterator[Attempt]:
+        """All views there are, up to the first that keeps clear of everything."""
+        for chosen in self._ranking:
+            for distance_m in (float(self._candidates.distance_m[chosen]), *_VERY_NEAR_M):
+                attempt = self._look(chosen, distance_m)
+                yield attempt
+                if attempt.checks.safe:
+                    return
+
     def _promising(self) -> Iterator[int]:
         """Candidates best first; after a few, only those that have to be pulled in least."""
         ranked = enumerate(self._ranking)

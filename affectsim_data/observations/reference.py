@@ -105,6 +105,8 @@ class ReferencePlanner:
                     return attempt.view, attempt.checks.visible
         if not any(attempt.checks.safe for attempt in found):
             found += [attempt for attempts in tried for attempt in attempts.very_near()]
+        if not any(attempt.checks.safe for attempt in found):
+            found += [attempt for attempts in tried for attempt in attempts.until_safe()]
         best = max(found, key=lambda attempt: attempt.checks.quality(self._search))
         return best.view, best.checks.visible
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from affectsim_data.affordances import fits
 from affectsim_data.builders.measuring import (
@@ -32,7 +33,7 @@ from affectsim_data.builders.placement.supports import INSIDE_FREE, INSIDE_SEATE
 from affectsim_data.builders.recipes import Recipe, Thresholds
 from affectsim_data.builders.slots import Slot, slot_seed
 from affectsim_data.observations import head_camera_pose
-from affectsim_data.poses import transform_points
+from affectsim_data.poses import invert_pose, transform_points
 from affectsim_data.schemas import Challenge
 
 __all__ = ["find_placements"]
@@ -41,6 +42,8 @@ _BATCHES = (2, 6, 24, 64)
 """Candidates measured at a time: the first ones mostly hold."""
 _FROM_PERSON_M = 0.5
 """Least distance of a start from the person's way."""
+_FROM_SKIN_M = 0.25
+"""Least distance of the camera at the start from anybody's skin, at the instants of the cycle."""
 _REAR_SHARE, _REAR_SLACK_DEG = 0.75, 15.0
 """Least share of the cycle in which the back is turned to the robot, to within so many degrees."""
 _SHARE_MARGIN, _FEW_RAYS = 0.003, 0.08
@@ -106,6 +109,7 @@ def _checks(stage: Stage, slot: Slot, wanted: MotionSet, recipe: Recipe) -> dict
             _has_floor, stage, wanted, radius_m
         )
     checks["a start off the person's way"] = functools.partial(_is_off_way, wanted)
+    checks["nobody's body before the camera"] = functools.partial(_is_off_bodies, wanted, recipe)
     if challenge == "rear_view":
         checks["back turned in every emotion"] = functools.partial(_is_turned, wanted, limits)
     checks["body clear of walls and furniture in every emotion"] = functools.partial(
@@ -140,6 +144,13 @@ def _has_floor(
 def _is_off_way(wanted: MotionSet, some: Candidates) -> NDArray[np.bool_]:
     way = transform_points(some.T_world_performance, wanted.footprint) - some.start[:, None]
     return np.asarray(np.hypot(way[..., 0], way[..., 2]).min(axis=1) >= _FROM_PERSON_M)
+
+
+def _is_off_bodies(wanted: MotionSet, recipe: Recipe, some: Candidates) -> NDArray[np.bool_]:
+    eyes = head_camera_pose(some.start, some.start_yaw, recipe.robot)[:, :3, 3]
+    local = transform_points(invert_pose(some.T_world_performance), eyes[:, None])[:, 0]
+    nearest = [cKDTree(one.outer).query(local)[0] for one in wanted.members]
+    return np.asarray(np.min(nearest, axis=0) >= _FROM_SKIN_M)
 
 
 def _is_turned(wanted: MotionSet, limits: Thresholds, some: Candidates) -> NDArray[np.bool_]:

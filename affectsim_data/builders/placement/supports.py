@@ -50,6 +50,8 @@ FEET_OFF_FLOOR_M = 0.04
 """Greatest height of a sitter's floor over or under the floor of the room."""
 HAND_THROUGH_M, HAND_SHORT_M = 0.04, 0.10
 """How far beyond a leaf or short of it the farthest point of a hand that knocks may be."""
+_HAND_MARGIN_M = 0.015
+"""Kept from going through: between the frames looked at hands come a little farther."""
 INSIDE_FREE, INSIDE_SEATED = (0.002, 0.002), (0.15, 0.02)
 """Greatest shares of the rays inside a body that meet the scene, those in seat and thighs and the
 other ones: sitters press into cushions, and touch what is around a seat."""
@@ -229,7 +231,7 @@ def _before_doors(
     hands = wanted.hands
     # On the axis of the leaf, as far from it as hands reach, and so far that none goes through.
     side = quaternion_rotate(yaw_quaternion(-wanted.heading), wanted.middle)[0]
-    farthest_m = float(hands[:, 2].max()) - HAND_THROUGH_M + 1e-6
+    farthest_m = float(hands[:, 2].max()) - HAND_THROUGH_M + _HAND_MARGIN_M
     reach = np.array([side, 0.0, max(float(np.median(hands[:, 2])), farthest_m)])
     leaf = np.array([door.knock_point for door in doors], np.float64).reshape(-1, 3)
     anchor = leaf - quaternion_rotate(yaw_quaternion(yaw + np.pi), reach)
