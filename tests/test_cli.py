@@ -3,12 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -64,24 +59,6 @@ def test_help_lists_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     for command in ("doctor", "demo", "build", "info", "plan", "download", "upload", "inspect"):
         assert f" {command} " in text
-
-
-@pytest.mark.slow
-def test_killed_build_can_be_run_again(tmp_path: Path) -> None:
-    out = tmp_path / "mini"
-    command = [sys.executable, "-m", "affectsim_data", "build", "mini", "--out", str(out)]
-    process = subprocess.Popen(command, stderr=subprocess.DEVNULL, start_new_session=True)
-    deadline = time.monotonic() + 100.0
-    while not (tmp_path / ".mini.partial").is_dir():
-        assert time.monotonic() < deadline, "the build did not begin"
-        time.sleep(0.05)
-    time.sleep(1.0)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    assert not out.exists()
-    subprocess.run(command, check=True, capture_output=True, timeout=200)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["mini"]
-    assert main(["info", str(out)]) == 0
 
 
 @pytest.mark.egl

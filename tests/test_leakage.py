@@ -21,6 +21,7 @@ from affectsim_data.builders.building import build_release
 from affectsim_data.builders.leakage import PLACEMENT_COLUMNS, leakage_probe
 from affectsim_data.builders.recipes import read_recipe
 from affectsim_data.builders.slots import make_slots
+from affectsim_data.content import content_path
 from affectsim_data.motions import EMOTIONS
 from affectsim_data.releases import Release, open_release
 from affectsim_data.schemas import SCHEMAS, SPLITS
@@ -170,5 +171,11 @@ def test_built_in_release_tells_nothing() -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_small_release_tells_nothing(tmp_path: Path) -> None:
-    build_release("small", tmp_path / "small")
+    """With as many unseen performers as `small`, in fewer homes and with less to train on."""
+    recipe = content_path("builders", "small.toml").read_text(encoding="utf-8")
+    for asked, fewer in (("homes-small", "homes-mini"), ("= 880", "= 440"), ("= 480", "= 240")):
+        assert asked in recipe
+        recipe = recipe.replace(asked, fewer)
+    (tmp_path / "small.toml").write_text(recipe, encoding="utf-8")
+    build_release(tmp_path / "small.toml", tmp_path / "small")
     assert_nothing_leaks(episodes_of(open_release(tmp_path / "small")))

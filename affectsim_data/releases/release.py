@@ -249,7 +249,7 @@ class Release:
         key = SCHEMAS[table].names[0]
         with open_parquet(self._store, table, name) as file:
             group, place = _row_group(file, place)
-            group_rows = file.read_row_group(group, [key, *columns])
+            group_rows = file.read_row_group(group, [key, *columns], use_threads=False)
         row: dict[str, Any] = group_rows.slice(place, 1).to_pylist()[0]
         if row[key] != asset_id:
             raise ValueError(f"{name}: the manifest promises {asset_id!r}, it holds {row[key]!r}")
