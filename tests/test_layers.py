@@ -24,7 +24,8 @@ LAYERS = (
     ("visibility", "affordances", "observations"),
     ("render",),
     ("loaders", "simulation", "builders", "evaluation"),
-    ("cards", "inspection", "cli", "__main__"),
+    ("recognizers",),
+    ("cards", "inspection", "reports", "cli", "__main__"),
 )
 RANKS = {name: rank for rank, names in enumerate(LAYERS) for name in names}
 STRANGERS = LAYERS[6]
