@@ -21,6 +21,7 @@ from benchmarks import (
     retargeting,
     scenes,
     shuffling,
+    statistics,
     streaming,
     wide,
 )
@@ -31,7 +32,7 @@ from benchmarks.tables import write_tables
 _PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
 _MODULES_WITH_PARTS = (
     *(loading, wide, index, fetching, streaming, shuffling, retargeting),
-    *(homes, scenes, navigation, reference),
+    *(homes, scenes, navigation, reference, statistics),
 )
 _MODULES = {part: module.__name__ for module in _MODULES_WITH_PARTS for part in module.PARTS}
 """Where the parts are that run in a process of their own."""

@@ -43,7 +43,11 @@ def code_blocks(page: str) -> list[str]:
 @pytest.mark.egl
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "page", ["README.md", "docs/loading.md", "docs/motions.md", "docs/descriptors.md"]
+    "page",
+    [
+        *("README.md", "docs/loading.md", "docs/motions.md", "docs/descriptors.md"),
+        *("docs/evaluation.md", "docs/recognizers.md"),
+    ],
 )
 def test_the_code_in_the_docs_runs(page: str, tmp_path: Path) -> None:
     body = indent("\n".join(code_blocks(page)), "    ")

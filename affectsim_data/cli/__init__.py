@@ -11,6 +11,8 @@ import tyro
 from affectsim_data.cli.building import build
 from affectsim_data.cli.cards import card
 from affectsim_data.cli.describing import info
+from affectsim_data.cli.evaluating import evaluate, report
+from affectsim_data.cli.predicting import predict
 from affectsim_data.cli.showing import demo, doctor, inspect
 from affectsim_data.cli.transfers import download, plan, upload
 from affectsim_data.cli.validating import validate
@@ -28,6 +30,9 @@ _COMMANDS: dict[str, Callable[..., int]] = {
     "download": download,
     "upload": upload,
     "inspect": inspect,
+    "predict": predict,
+    "evaluate": evaluate,
+    "report": report,
 }
 
 

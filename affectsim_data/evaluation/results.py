@@ -29,7 +29,10 @@ Subset = Literal["all", "new_observation"]
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """A number and its confidence interval; NaN for what is undefined or was not asked for."""
+    """A number and its confidence interval; NaN for what is undefined or was not asked for.
+
+    Bounds are infinite for a ratio whose denominator may be zero: it can be anything.
+    """
 
     value: float
     low: float = math.nan
@@ -88,7 +91,8 @@ class Benefit:
     monitor_gap: Estimate
     """Macro-F1 under p_mon minus p_init."""
     ogr: Estimate
-    """Observation gap recovery, gain / gap; NaN unless the gap is positive."""
+    """Observation gap recovery, gain / gap; NaN unless the gap is positive, and with infinite
+    bounds where it may be zero."""
     recovery_rate: Estimate
     """Share of wrong answers under p_init that are right under a_obs."""
     num_initial_errors: int
@@ -118,7 +122,8 @@ class PairedTest:
     permutation_holm_p: float
     """The same, adjusted for the number of models after Holm."""
     detectable: float
-    """Minimum difference in accuracy that this many clusters would show, at 80 % power."""
+    """Minimum difference in accuracy among these pairs that so many clusters would show, at 80 %
+    power."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -160,6 +165,8 @@ class GroupMean:
     """Models that have one."""
     recovery_rate: Estimate
     e_spl: Mapping[int, Estimate]
+    monitor_gap: Estimate = Estimate(math.nan)
+    """Macro-F1 under p_mon minus p_init."""
 
 
 @dataclasses.dataclass(frozen=True)

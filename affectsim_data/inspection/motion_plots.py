@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
+from affectsim_data.inspection.figures import figure_class
 from affectsim_data.inspection.motion_summary import descriptor_label, motion_descriptors
 from affectsim_data.motions import EMOTIONS
 from affectsim_data.motions.descriptors import MAIN_DESCRIPTORS
@@ -52,7 +53,7 @@ def motion_plot(
         ModuleNotFoundError: matplotlib is not installed.
         KeyError: There is no such descriptor.
     """
-    figure_class = _figure_class()
+    draw = figure_class("plots of motions")
     table = motion_descriptors(source) if isinstance(source, Release) else source
     unknown = [name for name in descriptors if name not in table.column_names]
     if unknown:
@@ -60,7 +61,7 @@ def motion_plot(
     columns = min(_COLUMNS, len(descriptors))
     rows = math.ceil(len(descriptors) / columns)
     size = (columns * _PANEL[0], rows * _PANEL[1] + 0.7)
-    figure = figure_class(figsize=size, layout="constrained")
+    figure = draw(figsize=size, layout="constrained")
     panels = np.atleast_1d(figure.subplots(rows, columns)).ravel()
     emotions = np.array(table.column("emotion").to_pylist())
     actions = np.array(table.column("action").to_pylist())
@@ -71,19 +72,6 @@ def motion_plot(
         panel.set_visible(False)
     _draw_legend(figure, sorted(set(actions)))
     figure.savefig(path, dpi=120)
-
-
-def _figure_class() -> type[Figure]:
-    """Figures of their own, without pyplot: no display is asked for and none stays open."""
-    try:
-        from matplotlib.figure import Figure
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "plots of motions need matplotlib, which is not installed; the extra `plots` has it: "
-            'python -m pip install "affectsim-data[plots]"',
-            name="matplotlib",
-        ) from error
-    return Figure
 
 
 def _draw_panel(panel: Any, values: np.ndarray, emotions: np.ndarray, actions: np.ndarray) -> None:

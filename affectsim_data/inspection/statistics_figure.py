@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from affectsim_data.inspection.figures import figure_class
 from affectsim_data.inspection.motion_plots import EMOTION_COLORS
 from affectsim_data.inspection.statistics import KINDS, episode_kinds, measured_values
 from affectsim_data.inspection.statistics_lines import KIND_LABELS
@@ -57,11 +58,11 @@ def statistics_figure(table: pa.Table, path: Path | str) -> None:
     Raises:
         ModuleNotFoundError: matplotlib is not installed.
     """
-    figure_class = _figure_class()
+    draw = figure_class("figures of statistics")
     kinds, values = episode_kinds(table), measured_values(table)
     there = [kind for kind in KINDS if (kinds == kind).any()]
     masks = {kind: kinds == kind for kind in there}
-    figure = figure_class(figsize=_SIZE, layout="constrained")
+    figure = draw(figsize=_SIZE, layout="constrained")
     places = [figure.add_subplot(2, 3, n, polar=n == 3) for n in range(1, 7)]
     emotions = np.array(table.column("emotion").to_pylist())
     bearings = np.radians(table.column("initial_bearing_deg").to_numpy())
@@ -84,19 +85,6 @@ def statistics_figure(table: pa.Table, path: Path | str) -> None:
         place.spines[["top", "right"]].set_visible(False)
     _draw_legend(figure, there)
     figure.savefig(path, dpi=_DPI)
-
-
-def _figure_class() -> type[Figure]:
-    """Figures of their own, without pyplot: no display is asked for and none stays open."""
-    try:
-        from matplotlib.figure import Figure
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "the figure of statistics needs matplotlib, which is not installed; the extra `plots` "
-            'has it: python -m pip install "affectsim-data[plots]"',
-            name="matplotlib",
-        ) from error
-    return Figure
 
 
 def _draw_emotions(
