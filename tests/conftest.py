@@ -12,6 +12,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+# As many processes run tests as there are cores; threads that wait for one another would spin, and
+# what takes a second alone takes minutes. Before NumPy and torch, which read it once.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import hypothesis
 import pytest
 
