@@ -11,6 +11,7 @@ import re
 from pathlib import Path
 
 from benchmarks import (
+    environment,
     fetching,
     homes,
     index,
@@ -32,7 +33,7 @@ from benchmarks.tables import write_tables
 _PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
 _MODULES_WITH_PARTS = (
     *(loading, wide, index, fetching, streaming, shuffling, retargeting),
-    *(homes, scenes, navigation, reference, statistics),
+    *(homes, scenes, navigation, reference, statistics, environment),
 )
 _MODULES = {part: module.__name__ for module in _MODULES_WITH_PARTS for part in module.PARTS}
 """Where the parts are that run in a process of their own."""
@@ -40,7 +41,7 @@ _ON_ONE_CORE = (
     *("throughput", "scene_order"),
     *(
         part
-        for module in (index, retargeting, homes, scenes, navigation, reference)
+        for module in (index, retargeting, homes, scenes, navigation, reference, environment)
         for part in module.PARTS
     ),
 )

@@ -32,6 +32,8 @@ _TITLES = {
     "scenes": "Scenes from their shard to the device, one core",
     "navigation": "Moving about in a home, one core",
     "statistics": "Evaluating 24 models x 4 conditions x 3,941 episodes with 2,000 draws",
+    "environment": "Steps of the environment, RGB-D 224 x 224, one core",
+    "environment_memory": "Memory over many episodes in one process",
 }
 
 

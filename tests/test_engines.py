@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from tiny_build import tree, write_tiny
 
 from affectsim_data.builders.building import build_release
-from affectsim_data.builders.engines import Engine, LocalEngine, RayEngine, open_engine
-from affectsim_data.builders.engines.protocol import in_order
+from affectsim_data.engines import Engine, LocalEngine, RayEngine, open_engine
+from affectsim_data.engines.protocol import in_order
 
 
 @given(st.permutations(range(6)))

@@ -46,7 +46,8 @@ def code_blocks(page: str) -> list[str]:
     "page",
     [
         *("README.md", "docs/loading.md", "docs/motions.md", "docs/descriptors.md"),
-        *("docs/evaluation.md", "docs/recognizers.md"),
+        *("docs/evaluation.md", "docs/recognizers.md", "docs/endpoints.md"),
+        *("docs/simulation.md", "docs/policies.md", "docs/trajectories.md"),
     ],
 )
 def test_the_code_in_the_docs_runs(page: str, tmp_path: Path) -> None:

@@ -17,10 +17,10 @@ from affectsim_data.content import ContentFolder, content_path
 
 PACKAGE = Path(affectsim_data.__file__).parent
 LAYERS = (
-    ("errors", "poses", "content"),
+    ("errors", "poses", "content", "naming"),
     ("cameras", "skeletons", "glb", "motions", "avatars"),
     ("scenes", "navmesh"),
-    ("schemas", "episodes", "releases"),
+    ("schemas", "episodes", "releases", "engines"),
     ("visibility", "affordances", "observations"),
     ("render",),
     ("loaders", "simulation", "builders", "evaluation"),

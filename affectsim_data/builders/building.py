@@ -21,13 +21,13 @@ from affectsim_data.builders.casting import Cast
 from affectsim_data.builders.cells import Shortfall, cell_rows, shortfalls
 from affectsim_data.builders.checkpoints import Checkpoints, staging_folder
 from affectsim_data.builders.corpus_scan import raise_problems
-from affectsim_data.builders.engines import EngineName, open_engine
 from affectsim_data.builders.fingerprints import build_fingerprint
 from affectsim_data.builders.fitting import fitted, with_unmet
 from affectsim_data.builders.inventory import check_inventory
 from affectsim_data.builders.measuring import Performance
 from affectsim_data.builders.metering import Meter, StageCost
 from affectsim_data.builders.placement import Unplaced
+from affectsim_data.builders.processes import PRELOADED
 from affectsim_data.builders.recipes import Recipe, read_recipe
 from affectsim_data.builders.scene_sources import FailedScene
 from affectsim_data.builders.slots import Slot, make_slots
@@ -41,6 +41,7 @@ from affectsim_data.builders.stages import (
     make_scenes,
 )
 from affectsim_data.builders.units import Rows
+from affectsim_data.engines import EngineName, open_engine
 from affectsim_data.motions import Motion
 from affectsim_data.releases import Manifest, ReleaseWriter
 from affectsim_data.releases.rows import avatar_row, motion_row
@@ -113,7 +114,7 @@ def build_release(
     writer = ReleaseWriter(out, overwrite=overwrite, staging=staging_folder(out) / "release")
     checkpoints = Checkpoints(out, build_fingerprint(plan, source), say=_say)
     with (
-        open_engine(engine, jobs=jobs, address=ray_address) as workers,
+        open_engine(engine, jobs=jobs, address=ray_address, preload=PRELOADED) as workers,
         checkpoints,
         Meter() as meter,
     ):

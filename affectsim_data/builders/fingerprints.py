@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import json
 import tomllib
@@ -10,27 +9,14 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import affectsim_data
 from affectsim_data.builders.recipes import Recipe
 from affectsim_data.builders.sources import SourceGiven
-from affectsim_data.content import content_path
+from affectsim_data.engines.code import code_fingerprint
 
-__all__ = ["build_fingerprint", "code_fingerprint"]
+__all__ = ["build_fingerprint"]
 
 _NAMED = (".toml", ".csv", ".tsv")
 """Ends of the names of files that a recipe may refer to."""
-
-
-@functools.cache
-def code_fingerprint() -> str:
-    """Of the package's code and of what lies in `builders/`: recipes, homes, bodies."""
-    digest = hashlib.sha256()
-    package = Path(affectsim_data.__file__).parent
-    for root, pattern in ((package, "*.py"), (content_path("builders"), "*")):
-        for path in sorted(path for path in root.rglob(pattern) if path.is_file()):
-            digest.update(path.relative_to(root).as_posix().encode() + b"\0")
-            digest.update(hashlib.sha256(path.read_bytes()).digest())
-    return digest.hexdigest()
 
 
 def build_fingerprint(recipe: Recipe, source: SourceGiven) -> str:

@@ -7,10 +7,13 @@ from typing import TypeVar
 
 from tqdm import tqdm
 
-from affectsim_data.builders.engines.local import LocalEngine
-from affectsim_data.builders.engines.protocol import in_order
+from affectsim_data.engines.local import LocalEngine
+from affectsim_data.engines.protocol import in_order
 
-__all__ = ["run_parallel"]
+__all__ = ["PRELOADED", "run_parallel"]
+
+PRELOADED = "affectsim_data.builders.stages"
+"""What processes that build import before they start."""
 
 _In = TypeVar("_In")
 _Out = TypeVar("_Out")
@@ -32,6 +35,6 @@ def run_parallel(
         what: Kind of items, for the bar.
         name: What is built, for the bar.
     """
-    with LocalEngine(min(jobs, len(items)) or 1) as engine:
+    with LocalEngine(min(jobs, len(items)) or 1, preload=PRELOADED) as engine:
         results = in_order(engine.run(task, items))
         yield from tqdm(results, total=len(items), desc=f"{name}: {what}")

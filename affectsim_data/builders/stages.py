@@ -14,7 +14,6 @@ from affectsim_data.avatars import Avatar
 from affectsim_data.builders.casting import Cast, finish_cast, make_motions, plan_cast
 from affectsim_data.builders.checkpoints import Checkpoints, Unit, result_type, unit_key
 from affectsim_data.builders.composer import SceneWork, compose_scene
-from affectsim_data.builders.engines.protocol import Engine
 from affectsim_data.builders.imports import ImportReport
 from affectsim_data.builders.measuring import Performance
 from affectsim_data.builders.metering import Meter
@@ -32,6 +31,7 @@ from affectsim_data.builders.screening import load_thresholds
 from affectsim_data.builders.slots import Slot
 from affectsim_data.builders.sources import SourceGiven
 from affectsim_data.builders.units import Rows
+from affectsim_data.engines.protocol import Engine
 from affectsim_data.releases.rows import scene_row
 from affectsim_data.scenes.baking import BakeReport
 

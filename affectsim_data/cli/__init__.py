@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import tyro
 
+from affectsim_data.cli.acquiring import acquire
 from affectsim_data.cli.building import build
 from affectsim_data.cli.cards import card
 from affectsim_data.cli.describing import info
@@ -30,6 +31,7 @@ _COMMANDS: dict[str, Callable[..., int]] = {
     "download": download,
     "upload": upload,
     "inspect": inspect,
+    "acquire": acquire,
     "predict": predict,
     "evaluate": evaluate,
     "report": report,

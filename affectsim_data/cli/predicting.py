@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import tyro
 
@@ -23,6 +23,8 @@ def predict(
     recognizer: str,
     out: Path,
     condition: tuple[str, ...] = ("p_init", "p_ref"),
+    trajectories: Path | None = None,
+    policy: str | None = None,
     split: str = "test",
     split_by: str = "group",
     where: tuple[str, ...] = (),
@@ -55,7 +57,9 @@ def predict(
         recognizer: network:FILE.safetensors, openai:MODEL, transformers:MODEL_OR_FOLDER,
             constant:EMOTION, uniform:SEED, or module:PACKAGE.MODULE:NAME for one of yours.
         out: The table: .parquet, .csv or .jsonl.
-        condition: One or more: p_init p_ref p_mon.
+        condition: One or more: p_init p_ref p_mon a_obs.
+        trajectories: What a_obs shows, a table that `acquire` made; else that of the release.
+        policy: Whose trajectories, where there are those of several.
         split: train, validation or test.
         split_by: What no two splits share: group (performers, performances), scene, or both.
         where: Only episodes of which all this holds: emotion=sad,angry visible_share_init<0.3
@@ -95,7 +99,8 @@ def predict(
         "max_cost_usd": max_cost,
     }
     options |= _more_options(option, options)
-    dataset = _dataset(release, condition, split, split_by, where, limit, frames, size)
+    runs = _Runs(trajectories, policy)
+    dataset = _dataset(release, condition, runs, split, split_by, where, limit, frames, size)
     if dry_run:
         print("\n".join(dry_runs.dry_run(recognizer, dataset, out, **options)))
         return 0
@@ -121,9 +126,21 @@ def predict(
     return 0 if run.is_complete else 1
 
 
+class _Runs(NamedTuple):
+    """What a_obs shows."""
+
+    trajectories: Path | None
+    policy: str | None
+
+    def of(self, condition: str) -> dict[str, Any]:
+        """As a dataset of that condition takes it."""
+        return self._asdict() if condition == "a_obs" else {}
+
+
 def _dataset(
     release: str,
     conditions: tuple[str, ...],
+    runs: _Runs,
     split: str,
     split_by: str,
     where: tuple[str, ...],
@@ -143,6 +160,8 @@ def _dataset(
         raise ValueError(f"--limit must be from 1 up, got {limit}")
     if not 16 <= size <= 4096:
         raise ValueError(f"--size must be 16 to 4096 pixels, got {size}")
+    if runs != _Runs(None, None) and "a_obs" not in conditions:
+        raise ValueError("--trajectories and --policy go with --condition a_obs")
     opened = open_release(release)
     parts = [
         AffectSimDataset(
@@ -150,6 +169,7 @@ def _dataset(
             split=split,
             split_by=as_split_by(split_by),
             condition=condition,
+            **runs.of(condition),
             clip=Clip(num_frames=frames, width=size, height=size, name=f"{frames}x{size}"),
             filter=parse_where(where) if where else None,
         )

@@ -43,9 +43,14 @@ def inspect(
     split_by: str = "group",
     where: tuple[str, ...] = (),
     seed: int = 0,
+    trajectories: tuple[Path, ...] = (),
+    policy: str | None = None,
+    failures: bool = False,
     out: Path | None = None,
 ) -> int:
     """Record every condition of an episode for the Rerun viewer, or draw sheets of many.
+
+    With --trajectories: what a policy did in the episode, or with --failures why it failed where.
 
     Args:
         release: mini, a folder, or hf://datasets/ORG/NAME@REVISION.
@@ -56,9 +61,18 @@ def inspect(
         split_by: With --sheet, what no two splits share: group, scene, or both.
         where: With --sheet, only episodes of which all this holds: emotion=sad,angry
         seed: With --sheet, of the choice.
+        trajectories: Tables of runs, as `affectsim acquire` writes them.
+        policy: With --trajectories, whose runs; may be left out if they are of one policy.
+        failures: With --trajectories and no episode, a table of causes, and pages of the worst.
         out: The .rrd to write, named after the episode if not given; with --sheet a folder, sheets
-            if not given.
+            if not given. With --trajectories a .png, an .rrd, or a folder for both, runs if not
+            given; with --failures a folder, failures if not given.
     """
+    if trajectories or failures or policy is not None:
+        others = (sheet, split, *where, *(() if split_by == "group" else (split_by,)))
+        if any(one is not None for one in others):
+            raise ValueError("--sheet, --split, --split-by and --where do not go with runs")
+        return _show_runs(release, episode, trajectories, policy, failures=failures, out=out)
     if (episode is None) == (sheet is None):
         raise ValueError("inspect takes an episode_id, or --sheet N for sheets of N random ones")
     if sheet is not None:
@@ -78,6 +92,26 @@ def inspect(
     record_episode(found, opened.world(found), open_renderer(), path)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB; open it with: rerun {path}")
     return 0
+
+
+def _show_runs(
+    release: str,
+    episode: str | None,
+    trajectories: tuple[Path, ...],
+    policy: str | None,
+    *,
+    failures: bool,
+    out: Path | None,
+) -> int:
+    from affectsim_data.cli.showing_runs import show_failures, show_run
+
+    if not trajectories:
+        raise ValueError("--policy and --failures are about runs; --trajectories names their table")
+    if (episode is None) != failures:
+        raise ValueError("--trajectories takes an episode_id, or --failures for all of its runs")
+    if episode is None:
+        return show_failures(release, trajectories, policy=policy, out=out)
+    return show_run(release, episode, trajectories, policy=policy, out=out)
 
 
 def _write_sheets(

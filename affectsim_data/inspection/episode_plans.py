@@ -11,7 +11,7 @@ from affectsim_data.episodes import Episode, Person, World
 from affectsim_data.inspection.scene_plans import PLAN_FINE, PlanFrame, draw_floor
 from affectsim_data.poses import FloatArray
 
-__all__ = ["PLAN_KEY", "draw_episode_plan"]
+__all__ = ["PLAN_KEY", "draw_arrow", "draw_disc", "draw_episode_plan"]
 
 _ROBOT, _TARGET, _PARTNER = (0, 114, 178), (213, 94, 0), (204, 121, 167)
 _REFERENCE, _MONITOR = (0, 140, 110), (70, 70, 76)
@@ -47,16 +47,16 @@ def draw_episode_plan(episode: Episode, world: World, *, size: int) -> Image.Ima
         way = start + _VIEW_M * _turned(view, angle)
         draw.line(frame([start, way]), fill=_ROBOT, width=PLAN_FINE)
     draw.line(frame(np.append(knots, knots[:1], axis=0)), fill=_REFERENCE, width=2 * PLAN_FINE)
-    _draw_arrow(draw, frame, knots[0], anchors[0] - knots[0], _REFERENCE)
-    _draw_disc(draw, frame, monitor, _MONITOR)
+    draw_arrow(draw, frame, knots[0], anchors[0] - knots[0], _REFERENCE)
+    draw_disc(draw, frame, monitor, _MONITOR)
     for color, way, anchor, one in zip(
         (_TARGET, _PARTNER), ways, anchors, episode.participants, strict=False
     ):
         draw.line(frame(np.append(way, way[:1], axis=0)), fill=color, width=PLAN_FINE)
-        _draw_disc(draw, frame, anchor, color)
+        draw_disc(draw, frame, anchor, color)
         facing = np.array([math.sin(one.facing), math.cos(one.facing)])
         draw.line(frame([anchor, anchor + 0.6 * facing]), fill=color, width=2 * PLAN_FINE)
-    _draw_arrow(draw, frame, start, view, _ROBOT)
+    draw_arrow(draw, frame, start, view, _ROBOT)
     return picture.resize((size, size), Image.Resampling.LANCZOS)
 
 
@@ -76,14 +76,14 @@ def _turned(way: FloatArray, angle: float) -> FloatArray:
     return np.array([cos * way[0] - sin * way[1], sin * way[0] + cos * way[1]])
 
 
-def _draw_arrow(
+def draw_arrow(
     draw: ImageDraw.ImageDraw,
     frame: PlanFrame,
     at: FloatArray,
     way: FloatArray,
     color: tuple[int, int, int],
 ) -> None:
-    """A triangle that points a way, as large whatever the scale."""
+    """A triangle at a place of the plan `(2,)` that points a way, as large whatever the scale."""
     along = way / max(float(np.linalg.norm(way)), 1e-6)
     across = np.array([along[1], -along[0]])
     middle, reach = np.array(frame(at)[0]), 7.0 * PLAN_FINE
@@ -95,8 +95,9 @@ def _draw_arrow(
     draw.polygon([(float(x), float(y)) for x, y in corners], fill=color)
 
 
-def _draw_disc(
+def draw_disc(
     draw: ImageDraw.ImageDraw, frame: PlanFrame, at: FloatArray, color: tuple[int, int, int]
 ) -> None:
+    """A dot at a place of the plan, `(2,)`, as large whatever the scale."""
     (x, y), reach = frame(at)[0], 4.5 * PLAN_FINE
     draw.ellipse((x - reach, y - reach, x + reach, y + reach), fill=color)

@@ -17,7 +17,15 @@ from affectsim_data.poses import FloatArray
 from affectsim_data.render import Renderer
 from affectsim_data.scenes import Door, Scene, SceneObject, Seat
 
-__all__ = ["PLAN_FINE", "PlanFrame", "draw_floor", "draw_plan", "floor_areas_m2", "scene_sheet"]
+__all__ = [
+    "PLAN_FINE",
+    "PlanFrame",
+    "draw_floor",
+    "draw_plan",
+    "draw_scale",
+    "floor_areas_m2",
+    "scene_sheet",
+]
 
 PLAN_FINE = 3
 """Lines are drawn this much larger and scaled down."""
@@ -111,7 +119,7 @@ def draw_plan(scene: Scene, navmesh: NavMesh, *, width: int, height: int) -> Ima
     draw = ImageDraw.Draw(picture)
     _draw_contents(draw, frame, scene)
     _label_rooms(draw, frame, scene, rooms)
-    _draw_scale(draw, frame)
+    draw_scale(draw, frame)
     return picture.resize((width, height), Image.Resampling.LANCZOS)
 
 
@@ -272,12 +280,13 @@ def _label_rooms(
         draw.text((x + 6 * PLAN_FINE, y + 4 * PLAN_FINE), text, fill=_INK, font=font)
 
 
-def _draw_scale(draw: ImageDraw.ImageDraw, frame: PlanFrame) -> None:
+def draw_scale(draw: ImageDraw.ImageDraw, frame: PlanFrame) -> None:
     """A bar of one metre in the lower left corner."""
     x, y = 14 * PLAN_FINE, frame.size[1] - 14 * PLAN_FINE
     draw.line([(x, y), (x + frame.scale, y)], fill=_INK, width=2 * PLAN_FINE)
     font = ImageFont.load_default(size=11 * PLAN_FINE)
-    draw.text((x + frame.scale + 5 * PLAN_FINE, y), "1 m", fill=_INK, font=font, anchor="lm")
+    at = (x + frame.scale + 5 * PLAN_FINE, y)
+    draw.text(at, "1 m", _INK, font, "lm", stroke_width=2 * PLAN_FINE, stroke_fill=_PAPER)
 
 
 def _draw_legend(draw: ImageDraw.ImageDraw, width: int, y: int) -> None:

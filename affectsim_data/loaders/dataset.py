@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import functools
+import hashlib
 import itertools
 import operator
 from collections.abc import Callable, Iterable, Sequence
@@ -16,10 +17,11 @@ from torch.utils.data import Dataset
 
 from affectsim_data.episodes import Episode, World
 from affectsim_data.loaders.places import Place
-from affectsim_data.loaders.presets import Clip, resolve_clip, resolve_condition
+from affectsim_data.loaders.presets import Clip, is_recorded, resolve_clip, resolve_condition
 from affectsim_data.loaders.requests import as_place, chosen_rows
 from affectsim_data.loaders.samples import Sample, draw_sample
-from affectsim_data.observations import Condition
+from affectsim_data.loaders.trajectories import check_recorded, open_trajectories
+from affectsim_data.observations import AObs, Condition
 from affectsim_data.releases import Release, open_release
 from affectsim_data.releases.filters import Filter
 from affectsim_data.releases.joined_splits import split_title
@@ -53,6 +55,8 @@ class AffectSimDataset(Dataset[Any]):
         split: str = "test",
         split_by: SplitBy = "group",
         condition: str | Condition = "p_ref",
+        trajectories: str | Path | None = None,
+        policy: str | None = None,
         clip: str | Clip = "8x224",
         filter: Filter | None = None,
         episodes: Iterable[str] | None = None,
@@ -71,7 +75,11 @@ class AffectSimDataset(Dataset[Any]):
             split: `train`, `validation` or `test`.
             split_by: What no two splits share: `group`, the paper's split, for people never seen;
                 `scene`, for homes never seen; `both`, for either at once, of fewer episodes.
-            condition: `p_init`, `p_ref`, `p_mon`, or an object such as `Orbit(distance_m=2.0)`.
+            condition: `p_init`, `p_ref`, `p_mon`, `a_obs`, or an object such as
+                `Orbit(distance_m=2.0)`.
+            trajectories: What `a_obs` shows: a Parquet table that `affectsim acquire` made; that
+                of the release if not given.
+            policy: Whose trajectories, where there are those of several.
             clip: `8x224`, `16x224`, `1x448`, `full`, or a `Clip`.
             filter: Only episodes whose columns match: `[(column, operator, value), ...]` where
                 all hold, or a list of such lists where one does, as pyarrow takes them.
@@ -86,12 +94,13 @@ class AffectSimDataset(Dataset[Any]):
         Raises:
             FileNotFoundError: No such release, or not all of it.
             ValueError: Unknown split, split_by, condition or clip; an empty split; `instances`
-                without `images`; a malformed filter, an unknown identifier, or no episode left.
+                without `images`; a malformed filter, an unknown identifier, or no episode left;
+                trajectories that are not those of one policy, lack episodes, or that nothing shows.
         """
-        self.condition = resolve_condition(condition)
         self.clip = resolve_clip(clip)
         self.release = release if isinstance(release, Release) else open_release(release)
         self.split, self.split_by = split, split_by
+        self.condition = self._resolved(condition, trajectories, policy)
         if instances and not images:
             raise ValueError("instances=True needs images=True: instance ids are drawn")
         self._rows = self._packed(
@@ -104,11 +113,29 @@ class AffectSimDataset(Dataset[Any]):
                 exclude=exclude,
             )
         )
+        if isinstance(self.condition, AObs):
+            runs = self.condition.trajectories
+            check_recorded(runs, self.release, split, split_by, self.rows)
         self._transform = transform
         self._images = images
         self._instances = instances
         self._renderer: RendererName = renderer
         self._device = device
+
+    def _resolved(
+        self, condition: str | Condition, trajectories: str | Path | None, policy: str | None
+    ) -> Condition:
+        """The condition, with what was recorded if it shows that."""
+        if is_recorded(condition):
+            runs = open_trajectories(
+                self.release, self.split, self.split_by, trajectories=trajectories, policy=policy
+            )
+            return resolve_condition(condition, trajectories=runs)
+        if trajectories is not None or policy is not None:
+            raise ValueError(
+                f"trajectories and policy go with condition 'a_obs', got {condition!r}"
+            )
+        return resolve_condition(condition)
 
     @property
     def _table(self) -> EpisodeTable:
@@ -146,9 +173,13 @@ class AffectSimDataset(Dataset[Any]):
         """Identifies the ordered list of episodes and the release's content, hexadecimal.
 
         Two datasets of the same episodes in the same order have the same one, however the episodes
-        were chosen; condition, clip, place and commit do not matter.
+        were chosen; condition, clip, place and commit do not matter. Under `a_obs` what was
+        recorded does.
         """
-        return selection_fingerprint(self.release, self.split, self.rows, split_by=self.split_by)
+        own = selection_fingerprint(self.release, self.split, self.rows, split_by=self.split_by)
+        if not isinstance(self.condition, AObs):
+            return own
+        return hashlib.sha256(f"{own}\n{self.condition.trajectories.sha256}".encode()).hexdigest()
 
     @functools.cached_property
     def scene_codes(self) -> NDArray[np.int64]:

@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affectsim_data.content import content_names, content_path
-from affectsim_data.observations import Condition, Orbit, PInit, PMon, PRef
+from affectsim_data.observations import AObs, Condition, Orbit, PInit, PMon, PRef, RecordedRuns
 
-__all__ = ["Clip", "condition_names", "resolve_clip", "resolve_condition"]
+__all__ = ["Clip", "condition_names", "is_recorded", "resolve_clip", "resolve_condition"]
 
-_CONDITION_TYPES: dict[str, type[PInit | PRef | PMon | Orbit]] = {
+_CONDITION_TYPES: dict[str, type[PInit | PRef | PMon | Orbit | AObs]] = {
     "PInit": PInit,
     "PRef": PRef,
     "PMon": PMon,
     "Orbit": Orbit,
+    "AObs": AObs,
 }
 MAX_CLIP_FRAMES = 100_000
 
@@ -73,11 +74,24 @@ def condition_names() -> list[str]:
     return list(_read_presets("condition"))
 
 
-def resolve_condition(condition: str | Condition) -> Condition:
+def is_recorded(condition: str | Condition) -> bool:
+    """Whether a condition is the name of a preset that shows recorded trajectories."""
+    if not isinstance(condition, str):
+        return False
+    return _read_presets("condition").get(condition, {}).get("type") == AObs.__name__
+
+
+def resolve_condition(
+    condition: str | Condition, *, trajectories: RecordedRuns | None = None
+) -> Condition:
     """A condition object, from itself or from the name of a preset.
 
+    Args:
+        condition: Either.
+        trajectories: What was recorded, for a preset that shows it.
+
     Raises:
-        ValueError: Neither.
+        ValueError: Neither, or nothing recorded for a preset that needs it.
     """
     if not isinstance(condition, str):
         if not isinstance(condition, Condition):
@@ -90,7 +104,15 @@ def resolve_condition(condition: str | Condition) -> Condition:
             f"Orbit(distance_m=2.0, azimuth_deg=90.0), got {condition!r}"
         )
     preset = presets[condition]
-    return _CONDITION_TYPES[preset.pop("type")](**preset)
+    kind = preset.pop("type")
+    if kind != AObs.__name__:
+        return _CONDITION_TYPES[kind](**preset)
+    if trajectories is None:
+        raise ValueError(
+            f"condition {condition!r} shows what a policy recorded: give AffectSimDataset "
+            "trajectories='T.parquet', or AObs(RecordedRuns.from_parquet('T.parquet')) as condition"
+        )
+    return AObs(trajectories, **preset)
 
 
 def resolve_clip(clip: str | Clip) -> Clip:

@@ -10,7 +10,7 @@ import torch
 from affectsim_data.episodes import Episode, World, clip_time_s
 from affectsim_data.loaders.places import Place
 from affectsim_data.loaders.presets import Clip
-from affectsim_data.observations import Condition
+from affectsim_data.observations import AObs, Condition
 from affectsim_data.poses import FloatArray
 from affectsim_data.render import ClipSpec, PosedAvatar, Renderer
 
@@ -46,6 +46,8 @@ class Sample(TypedDict):
     """int64 `(num_frames,)`, on the clip's 30 fps grid."""
     condition: str
     """Name of the condition."""
+    fallback: bool
+    """Whether a_obs acquired nothing here, so that the clip is that of p_init; else `False`."""
     episode_id: str
     motion_id: str
     performer_id: str
@@ -124,6 +126,7 @@ def draw_sample(
         time_s=torch.from_numpy(clip_time_s(episode)[indices] - episode.phase_s),
         frame_indices=torch.from_numpy(indices),
         condition=condition.name,
+        fallback=isinstance(condition, AObs) and condition.falls_back(episode),
         episode_id=episode.episode_id,
         motion_id=episode.target.motion_id,
         performer_id=episode.target.performer_id,

@@ -16,6 +16,7 @@ import affectsim_data
 from affectsim_data.loaders import AffectSimDataset, ConcatenatedDataset, Sample, concatenate
 from affectsim_data.loaders.places import Place
 from affectsim_data.loaders.workers import WorkerStart
+from affectsim_data.observations import AObs
 from affectsim_data.recognizers.frames import SEEN, blinded, frames_sha256
 from affectsim_data.recognizers.journal import Key, RunHeader
 from affectsim_data.releases.joined_splits import split_title
@@ -48,6 +49,9 @@ def run_header(model: str, dataset: Clips) -> RunHeader:
     Raises:
         ValueError: The dataset has parts that belong in tables of their own.
     """
+    parts = concatenate([dataset]).parts
+    conditions = [part.condition for part in parts]
+    recorded = {one.trajectories.sha256 for one in conditions if isinstance(one, AObs)}
     headers = [
         RunHeader(
             model=model,
@@ -55,9 +59,10 @@ def run_header(model: str, dataset: Clips) -> RunHeader:
             release_sha256=part.release.content_sha256,
             split=split_title(part.split, part.split_by),
             clip=f"{part.clip.num_frames}x{part.clip.width}x{part.clip.height}",
+            trajectories=" ".join(sorted(recorded)),
             code_version=affectsim_data.__version__,
         )
-        for part in concatenate([dataset]).parts
+        for part in parts
     ]
     # Copies of a release are one release.
     if len({dataclasses.replace(header, release="") for header in headers}) > 1:

@@ -47,6 +47,8 @@ class RunHeader:
     """Its split, and by what it is split if not by group."""
     clip: str
     """Frames and size: `8x224x224`."""
+    trajectories: str
+    """Hash of the trajectories that a_obs shows; empty where no clip is of a_obs."""
     code_version: str
     """Version of the package, which may draw differently from another."""
 

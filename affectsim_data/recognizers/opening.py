@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
 from affectsim_data.motions import EMOTIONS
+from affectsim_data.naming import named_object
 from affectsim_data.recognizers.prompts import option_order
 from affectsim_data.recognizers.protocol import Recognizer
 
@@ -137,26 +137,13 @@ def _uniform(seed: str) -> Recognizer:
 
 def _module(path: str, **options: Any) -> Recognizer:
     """A class of the user's, called with the options, or an object as it is."""
-    name, colon, attribute = path.partition(":")
-    if not colon or not attribute:
-        raise ValueError(f"module: must be module:PACKAGE.MODULE:NAME, got {path!r}")
-    try:
-        found = getattr(importlib.import_module(name), attribute)
-    except ModuleNotFoundError as error:
-        if error.name is None or not f"{name}.".startswith(f"{error.name}."):
-            raise  # the module is there; something it needs is not
-        raise ValueError(
-            f"module: there is no module {error.name!r}; is the folder it is in on PYTHONPATH?"
-        ) from error
-    except AttributeError as error:
-        raise ValueError(f"module: {name} has no {attribute!r}") from error
-    recognizer = found(**options) if isinstance(found, type) or inspect.isfunction(found) else found
-    lacking = [one for one in ("name", "batch_size", "recognize") if not hasattr(recognizer, one)]
-    if lacking:
-        raise ValueError(
-            f"module: {path} is no recognizer, it lacks {', '.join(lacking)}; see "
-            "affectsim_data.recognizers.Recognizer"
-        )
+    recognizer = named_object(
+        path,
+        what="recognizer",
+        attributes=("name", "batch_size", "recognize"),
+        protocol="affectsim_data.recognizers.Recognizer",
+        **options,
+    )
     return cast(Recognizer, recognizer)
 
 

@@ -181,6 +181,15 @@ class Release:
         tables = [read_table(self._store, "cells", name) for name in names]
         return pa.concat_tables([SCHEMAS["cells"].empty_table(), *tables])
 
+    def recorded_table(self, name: str) -> pa.Table:
+        """Trajectories in a file of the release; see `affectsim_data.releases.recorded`.
+
+        Raises:
+            IntegrityError: Its bytes are not what the manifest promises.
+            ValueError: Not a file of trajectories.
+        """
+        return read_table(self._store, "trajectories", name)
+
     def find_episode(self, episode_id: str) -> Episode:
         """The episode of that identifier, in any split.
 

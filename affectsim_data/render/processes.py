@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 import threading
 import weakref
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from affectsim_data.errors import ForkedContextError
 from affectsim_data.render.egl import FORK_REMEDY, terminate_displays
@@ -51,6 +51,7 @@ class Owner:
             )
 
 
+@runtime_checkable
 class Suspendable(Protocol):
     """A renderer as a fork sees it."""
 

@@ -1,4 +1,4 @@
-"""A Ray cluster: the units of a build on many machines; results come back and are written here."""
+"""A Ray cluster: items are worked on many machines; results come back to who asked."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from types import TracebackType
 from typing import Any, TypeVar
 
-from affectsim_data.builders.fingerprints import code_fingerprint
+from affectsim_data.engines.code import code_fingerprint
 
 __all__ = ["RayEngine"]
 
@@ -17,7 +17,7 @@ _In = TypeVar("_In")
 _Out = TypeVar("_Out")
 
 _RETRIES = 5
-"""How often a unit whose worker was lost is given to another."""
+"""How often an item whose worker was lost is given to another."""
 
 _tasks: dict[str, Callable[[Any], Any]] = {}
 """In a worker: the task it has, by name; the last one only."""
@@ -26,7 +26,7 @@ _tasks: dict[str, Callable[[Any], Any]] = {}
 class RayEngine:
     """Ray tasks, one per item and core.
 
-    Every machine of the cluster needs this version of the package; folders given as `--source`
+    Every machine of the cluster needs this version of the package; folders that a command names
     must be reachable there under the same path.
     """
 
@@ -89,7 +89,7 @@ class RayEngine:
         except self._ray.exceptions.RayTaskError as error:
             raise error.cause from error
         except self._ray.exceptions.RayError as error:
-            raise ChildProcessError(f"Ray lost a unit of the build for good: {error}") from error
+            raise ChildProcessError(f"Ray lost an item for good: {error}") from error
 
     def __enter__(self) -> RayEngine:
         return self
@@ -130,7 +130,7 @@ def _call(name: str, stored: list[Any], code: str, item: Any) -> Any:
         if code_fingerprint() != code:
             raise ValueError(
                 f"{ray.util.get_node_ip_address()}: this machine of the cluster has another "
-                "affectsim-data, or other recipes; install there what builds here"
+                "affectsim-data, or other recipes; install there what runs here"
             )
         _tasks.clear()
         _tasks[name] = ray.get(stored[0])

@@ -19,7 +19,6 @@ __all__ = ["LocalEngine"]
 _In = TypeVar("_In")
 _Out = TypeVar("_Out")
 
-_PRELOADED = "affectsim_data.builders.stages"
 _AHEAD = 1
 """Items that wait beside those in work: enough that no worker waits for the next."""
 
@@ -29,11 +28,12 @@ _task: Callable[[Any], Any] | None = None
 class LocalEngine:
     """A pool of processes, or none: with one job the task is called right here."""
 
-    def __init__(self, jobs: int | None = None) -> None:
+    def __init__(self, jobs: int | None = None, *, preload: str = "") -> None:
         """Starts nothing yet.
 
         Args:
             jobs: Processes; one per core if not given.
+            preload: Module that is imported once for all processes, so that each starts sooner.
 
         Raises:
             ValueError: Fewer than one.
@@ -41,6 +41,7 @@ class LocalEngine:
         self._jobs = (os.cpu_count() or 1) if jobs is None else jobs
         if self._jobs < 1:
             raise ValueError(f"jobs must be at least 1, got {self._jobs}")
+        self._preload = [preload] if preload else []
         self._pool: ProcessPoolExecutor | None = None
         self._lifeline: Connection | None = None
         self._pool_task: object = None
@@ -70,8 +71,8 @@ class LocalEngine:
                     yield places.pop(future), future.result()
         except BrokenProcessPool as error:
             raise ChildProcessError(
-                "a worker process died: it was killed, or memory ran out; with fewer --jobs a "
-                "build needs less"
+                "a worker process died: it was killed, or memory ran out; with fewer --jobs "
+                "less of it is needed"
             ) from error
 
     def _pool_of(self, task: Callable[[Any], Any]) -> ProcessPoolExecutor:
@@ -79,7 +80,7 @@ class LocalEngine:
         if self._pool is None or self._pool_task is not task:
             self._end()
             context = multiprocessing.get_context("forkserver")
-            context.set_forkserver_preload([_PRELOADED])
+            context.set_forkserver_preload(self._preload)
             ending, self._lifeline = context.Pipe(duplex=False)
             self._pool_task = task
             self._pool = ProcessPoolExecutor(

@@ -1,0 +1,1 @@
+"""The baseline that stands still, scans, searches, goes to a good view and follows."""

@@ -1,0 +1,87 @@
+"""What is known of a person over the last seconds: where they were and which way they faced."""
+
+from __future__ import annotations
+
+import collections
+import math
+
+import numpy as np
+
+from affectsim_data.poses import FloatArray
+
+__all__ = ["PersonCourse"]
+
+_NEAR_M = 2.5
+_UNKNOWN_LOOKS = 3.0
+_FACING_MEMORY_S = 7.0
+_MEMORY_S = 10.0
+"""About as long as the longest motion cycle: after it, older looks say nothing new."""
+
+
+class PersonCourse:
+    """Places and facings of one person, look by look; a motion repeats, so its past is its future.
+
+    Places are `(2,)`, x and z, and yaws 0 along -Z and counter-clockwise, all in the robot's
+    starting frame.
+    """
+
+    def __init__(self) -> None:
+        self._times: collections.deque[float] = collections.deque()
+        self._places: collections.deque[FloatArray] = collections.deque()
+        self._facings: collections.deque[tuple[float, complex]] = collections.deque()
+
+    def __len__(self) -> int:
+        return len(self._times)
+
+    def add(
+        self, time_s: float, place_xz: FloatArray, facing_yaw: float | None, distance_m: float
+    ) -> None:
+        """Remembers one look; those older than some seconds are forgotten.
+
+        Args:
+            time_s: Of the look, rising from call to call.
+            place_xz: Where the person stood, `(2,)`.
+            facing_yaw: Which way they faced, `None` if that could not be told.
+            distance_m: From where; a face is told from a back by a few pixels, so near looks
+                count more.
+        """
+        self._times.append(time_s)
+        self._places.append(np.asarray(place_xz, np.float64))
+        weight = 0.0 if facing_yaw is None else min(_NEAR_M / max(distance_m, 0.1), 1.0) ** 4
+        yaw = facing_yaw or 0.0
+        self._facings.append((weight, complex(math.cos(yaw), math.sin(yaw))))
+        while self._times[0] < time_s - _MEMORY_S:
+            self._times.popleft()
+            self._places.popleft()
+            self._facings.popleft()
+
+    @property
+    def span_s(self) -> float:
+        """Time between the first look remembered and the last."""
+        return self._times[-1] - self._times[0] if self._times else 0.0
+
+    @property
+    def center_xz(self) -> FloatArray:
+        """Middle of the places, `(2,)`: of their bounds, so that standing long does not weigh."""
+        places = np.array(self._places)
+        middle: FloatArray = (places.min(axis=0) + places.max(axis=0)) / 2.0
+        return middle
+
+    @property
+    def reach_m(self) -> float:
+        """How far from the middle the person goes."""
+        return float(np.hypot(*(np.array(self._places) - self.center_xz).T).max())
+
+    @property
+    def facing(self) -> complex:
+        """Mean of the facings as unit vectors, `cos + i sin` of the yaw; shorter the less sure or
+        the more the person turns, 0 if nothing is known."""
+        # Few looks are weak evidence: the mean is drawn towards nothing as if by some unknown ones.
+        since_s = self._times[-1] - _FACING_MEMORY_S if self._times else 0.0
+        looks = [
+            (weight, unit)
+            for time_s, (weight, unit) in zip(self._times, self._facings, strict=True)
+            if time_s >= since_s
+        ]
+        total = _UNKNOWN_LOOKS + sum(weight for weight, _ in looks)
+        return sum((weight * unit for weight, unit in looks), 0j) / total

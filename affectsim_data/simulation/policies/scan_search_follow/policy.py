@@ -1,0 +1,63 @@
+"""Scan, search, follow: the baseline; it finds a person on RGB-D alone and goes to a good view."""
+
+from __future__ import annotations
+
+from affectsim_data.cameras import Camera
+from affectsim_data.simulation.actions import Action
+from affectsim_data.simulation.policies.protocol import Decision
+from affectsim_data.simulation.policies.scan_search_follow.approaching import Approach
+from affectsim_data.simulation.policies.scan_search_follow.following import follow
+from affectsim_data.simulation.policies.scan_search_follow.searching import Search
+from affectsim_data.simulation.policies.scan_search_follow.senses import Senses
+from affectsim_data.simulation.policies.scan_search_follow.ways import Walk
+from affectsim_data.simulation.running import Observation
+
+__all__ = ["ScanSearchFollow"]
+
+
+class ScanSearchFollow:
+    """Looks around, searches where the map ends, goes to a good view, hands off, and follows."""
+
+    name = "scan_search_follow"
+
+    def reset(self, camera: Camera, *, seed: int) -> None:
+        """A new episode; nothing is random, so the seed does not matter."""
+        self._senses = Senses()
+        self._walk = Walk(self._senses.plan)
+        self._search = Search(self._senses, self._walk, hfov=camera.hfov)
+        self._approach: Approach | None = None
+        self._calls = 0
+        self._past = 0
+
+    def act(self, observation: Observation) -> Decision:
+        """The next action."""
+        senses = self._senses
+        senses.take_in(observation)
+        self._walk.note(senses.here, senses.yaw, observation.clipped)
+        if observation.collecting:
+            return Decision(follow(senses), approaching=True)
+        if self._approach is None and senses.is_found:
+            self._approach = Approach(senses, self._walk)
+        approaching = self._approach is not None
+        action = self._sought() if self._approach is None else self._approached(self._approach)
+        calls, self._calls = self._calls, self._count()
+        return Decision(action, self._calls - calls, approaching)
+
+    def _sought(self) -> Action:
+        return self._search.action()
+
+    def _approached(self, approach: Approach) -> Action:
+        action = approach.action()
+        if approach.has_lost:
+            self._past += approach.planner_calls
+            self._approach = None
+            self._senses.forget_person(is_thing=self._senses.num_moved < 2)
+            self._search.restart()
+            return self._search.action()
+        return action
+
+    def _count(self) -> int:
+        now = 0 if self._approach is None else self._approach.planner_calls
+        return self._walk.planner_calls + self._search.planner_calls + self._past + now
+
+    _past = 0

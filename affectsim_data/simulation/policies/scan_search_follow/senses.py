@@ -1,0 +1,138 @@
+"""What the robot knows in an episode: where it is, its map, and the person it has seen."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from affectsim_data.poses import FloatArray
+from affectsim_data.simulation.policies.driving import bearing
+from affectsim_data.simulation.policies.scan_search_follow.courses import PersonCourse
+from affectsim_data.simulation.policies.scan_search_follow.living import LifeSigns
+from affectsim_data.simulation.policies.scan_search_follow.mapping import OccupancyMap
+from affectsim_data.simulation.policies.scan_search_follow.seeing import PersonFinder, Sighting
+from affectsim_data.simulation.policies.scan_search_follow.tracking import PersonTrack
+from affectsim_data.simulation.running import Observation
+
+__all__ = ["Senses"]
+
+_STRAY_M, _STRAY_M_PER_S, _FARTHEST_M = 0.9, 0.3, 2.0
+"""A person who is believed stays about where they were seen: this far from it, this much farther
+for every second they were not seen, and never farther. What is seen beyond is another thing."""
+_DEAD_M = 0.5
+"""So near to a thing that never moved nobody is seen, unless they move."""
+_NEARER = 0.7
+_CENTRAL = math.radians(20.0)
+_LIKELY, _NEAR_M = 0.75, 0.5
+"""Confidence of a look from which it may be of the person who is believed, unless it is this near
+to where they were seen before."""
+_SURE, _SURE_ALIVE, _ALIVE_LOOKS = 0.75, 0.55, 2
+"""Mean confidence of the last looks from which a person is believed."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Thing:
+    """Something that looked like a person and never moved."""
+
+    place_xz: FloatArray
+    distance_m: float
+    """From where it was watched: from much nearer it may be seen to live after all."""
+
+    def hides(self, sighting: Sighting) -> bool:
+        """Whether a sighting is of this thing."""
+        near = math.dist(sighting.place_xz, self.place_xz) <= _DEAD_M
+        return near and sighting.distance_m > _NEARER * self.distance_m
+
+
+class Senses:
+    """Everything learned from the observations of one episode, and nothing else."""
+
+    def __init__(self) -> None:
+        self.plan = OccupancyMap()
+        self.track = PersonTrack()
+        self.course = PersonCourse()
+        self._finder = PersonFinder()
+        self._life = LifeSigns()
+        self.here: FloatArray = np.zeros(2)
+        self.yaw = 0.0
+        self.time_s = 0.0
+        self.num_moved = 0
+        """Looks in which the person moved, while the robot watched from one spot."""
+        self._believed: PersonCourse | None = None
+        self._dead: list[_Thing] = []
+
+    def take_in(self, observation: Observation) -> None:
+        """One look."""
+        self.here, self.yaw = observation.position[[0, 2]], observation.yaw
+        self.time_s = observation.time_s
+        sightings = tuple(
+            one
+            for one in self._finder.update(observation)
+            if one.moved or not any(dead.hides(one) for dead in self._dead)
+        )
+        self.plan.add(observation, self._finder.person_pixels)
+        if self._believed is not None:
+            center, reach = self._believed.center_xz, self._believed.reach_m
+            gate = min(_STRAY_M + reach + _STRAY_M_PER_S * self.unseen_s, _FARTHEST_M)
+            sightings = tuple(
+                one
+                for one in sightings
+                if math.dist(one.place_xz, center) <= gate
+                and (
+                    one.confidence >= _LIKELY or math.dist(one.place_xz, center) <= reach + _NEAR_M
+                )
+            )
+        self._life.take_in(observation)
+        before = self.track.place_xz
+        self.track.update(sightings, observation)
+        place = self.track.place_xz
+        if place is None or not self.is_seen:
+            return
+        if self._believed is None and before is not None and math.dist(place, before) > _STRAY_M:
+            self.course = PersonCourse()
+            self.num_moved = 0
+        look = min(sightings, key=lambda one: math.dist(one.place_xz, place))
+        pixels = self._finder.person_pixels
+        self.num_moved += self._life.seen_in(pixels, look.bearing, observation)
+        # Of a body that the border of the image cuts, the facing is a guess.
+        is_whole = not look.cut and abs(look.bearing) < _CENTRAL
+        facing = look.facing_yaw if is_whole else None
+        self.course.add(self.time_s, place, facing, look.distance_m)
+        sure = _SURE if self.num_moved < _ALIVE_LOOKS else _SURE_ALIVE
+        if self.track.is_stable and self.track.confidence >= sure:
+            self._believed = self.course
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether the person is in the last look."""
+        return self.track.last_seen_s == self.time_s
+
+    @property
+    def unseen_s(self) -> float:
+        """Since the person was seen last; `inf` if never."""
+        last = self.track.last_seen_s
+        return math.inf if last is None else self.time_s - last
+
+    @property
+    def is_found(self) -> bool:
+        """Whether there is a person beyond doubt, who looked like one in stable looks."""
+        return self._believed is not None
+
+    def bearing_to(self, place_xz: FloatArray) -> float:
+        """How far to turn left to look at a place, radians in [-pi, pi]."""
+        return math.remainder(bearing(self.here, place_xz) - self.yaw, 2.0 * math.pi)
+
+    def forget_person(self, *, is_thing: bool) -> None:
+        """Nobody is there.
+
+        Args:
+            is_thing: Whether what is there never moved: it is ignored from now on until it does.
+        """
+        place = self.track.place_xz
+        if is_thing and place is not None:
+            self._dead.append(_Thing(place, math.dist(place, self.here)))
+        self.num_moved = 0
+        self.track, self.course = PersonTrack(), PersonCourse()
+        self._believed = None
