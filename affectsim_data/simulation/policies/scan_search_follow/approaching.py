@@ -29,8 +29,6 @@ _RECONSIDER_S = 2.5
 _SURVEYED_M = 3.5
 _SURVEY = 3
 """Turns to either side once a person is this near: to know the floor beside them."""
-_MOVED_LOOKS = 2
-"""Looks in which somebody moved: nobody stands still for long, and furniture always does."""
 _PATIENCE_S = 10.0
 """After so long at a view without seeing a person well enough for a handoff it is given up."""
 _HEADINGS = round(2.0 * math.pi / TURN)
@@ -53,18 +51,15 @@ class Approach:
         self._settled_s: float | None = None
         self._detours = 0
         self._lost_way = False
-        self.has_lost = False
-        """Whether the person is gone and has to be searched for again."""
         self.planner_calls = 0
         """Views chosen so far."""
 
-    def action(self) -> Action:
-        """The next action; `hand_off` when the view is good."""
+    def action(self) -> Action | None:
+        """The next action: `hand_off` when the view is good, `None` when nobody is there."""
         senses = self._senses
         place = senses.track.place_xz
         if place is None:
-            self.has_lost = True
-            return "turn_left"
+            return None
         if self._survey and (self._lost_way or math.dist(place, senses.here) < _SURVEYED_M):
             return self._survey.pop(0)
         walked = self._walked()
@@ -78,8 +73,8 @@ class Approach:
             return turn
         settled_s = senses.time_s - self._settled_s
         if min(senses.unseen_s, settled_s) > _GONE_S or settled_s > _PATIENCE_S:
-            self.has_lost = True
-        elif self._is_sure():
+            return None
+        if self._is_sure():
             return self._last_thought() or "hand_off"
         return sway(senses, place)
 
@@ -88,7 +83,7 @@ class Approach:
         senses = self._senses
         stable = senses.track.is_stable and senses.is_seen
         watched = self._settled_s is not None and senses.time_s - self._settled_s >= _WATCHED_S
-        return stable and watched and senses.num_moved >= _MOVED_LOOKS
+        return stable and watched and senses.is_alive
 
     def _last_thought(self) -> Action | None:
         """The first step to another view, if there is one better by far; else `None`."""

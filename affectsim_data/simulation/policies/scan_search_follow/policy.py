@@ -27,7 +27,7 @@ class ScanSearchFollow:
         self._search = Search(self._senses, self._walk, hfov=camera.hfov)
         self._approach: Approach | None = None
         self._calls = 0
-        self._past = 0
+        self._past_calls = 0
 
     def act(self, observation: Observation) -> Decision:
         """The next action."""
@@ -38,26 +38,24 @@ class ScanSearchFollow:
             return Decision(follow(senses), approaching=True)
         if self._approach is None and senses.is_found:
             self._approach = Approach(senses, self._walk)
+        action = self._approached() or self._search.action()
         approaching = self._approach is not None
-        action = self._sought() if self._approach is None else self._approached(self._approach)
-        calls, self._calls = self._calls, self._count()
+        calls, self._calls = self._calls, self._counted()
         return Decision(action, self._calls - calls, approaching)
 
-    def _sought(self) -> Action:
-        return self._search.action()
-
-    def _approached(self, approach: Approach) -> Action:
-        action = approach.action()
-        if approach.has_lost:
-            self._past += approach.planner_calls
+    def _approached(self) -> Action | None:
+        """The next action towards a view of the person, `None` if there is none."""
+        if self._approach is None:
+            return None
+        action = self._approach.action()
+        if action is None:
+            self._past_calls += self._approach.planner_calls
             self._approach = None
-            self._senses.forget_person(is_thing=self._senses.num_moved < 2)
+            self._senses.forget_person()
             self._search.restart()
-            return self._search.action()
         return action
 
-    def _count(self) -> int:
+    def _counted(self) -> int:
+        """Planner calls of the episode."""
         now = 0 if self._approach is None else self._approach.planner_calls
-        return self._walk.planner_calls + self._search.planner_calls + self._past + now
-
-    _past = 0
+        return self._past_calls + now + self._walk.planner_calls + self._search.planner_calls

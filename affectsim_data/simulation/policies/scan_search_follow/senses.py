@@ -58,8 +58,7 @@ class Senses:
         self.here: FloatArray = np.zeros(2)
         self.yaw = 0.0
         self.time_s = 0.0
-        self.num_moved = 0
-        """Looks in which the person moved, while the robot watched from one spot."""
+        self._num_moved = 0
         self._believed: PersonCourse | None = None
         self._dead: list[_Thing] = []
 
@@ -92,15 +91,15 @@ class Senses:
             return
         if self._believed is None and before is not None and math.dist(place, before) > _STRAY_M:
             self.course = PersonCourse()
-            self.num_moved = 0
+            self._num_moved = 0
         look = min(sightings, key=lambda one: math.dist(one.place_xz, place))
         pixels = self._finder.person_pixels
-        self.num_moved += self._life.seen_in(pixels, look.bearing, observation)
+        self._num_moved += self._life.seen_in(pixels, look.bearing, observation)
         # Of a body that the border of the image cuts, the facing is a guess.
         is_whole = not look.cut and abs(look.bearing) < _CENTRAL
         facing = look.facing_yaw if is_whole else None
         self.course.add(self.time_s, place, facing, look.distance_m)
-        sure = _SURE if self.num_moved < _ALIVE_LOOKS else _SURE_ALIVE
+        sure = _SURE_ALIVE if self.is_alive else _SURE
         if self.track.is_stable and self.track.confidence >= sure:
             self._believed = self.course
 
@@ -124,15 +123,16 @@ class Senses:
         """How far to turn left to look at a place, radians in [-pi, pi]."""
         return math.remainder(bearing(self.here, place_xz) - self.yaw, 2.0 * math.pi)
 
-    def forget_person(self, *, is_thing: bool) -> None:
-        """Nobody is there.
+    @property
+    def is_alive(self) -> bool:
+        """Whether the person moved while the robot watched: nobody stands still for long."""
+        return self._num_moved >= _ALIVE_LOOKS
 
-        Args:
-            is_thing: Whether what is there never moved: it is ignored from now on until it does.
-        """
+    def forget_person(self) -> None:
+        """Nobody is there; a thing that never moved is ignored from now on, until it does."""
         place = self.track.place_xz
-        if is_thing and place is not None:
+        if not self.is_alive and place is not None:
             self._dead.append(_Thing(place, math.dist(place, self.here)))
-        self.num_moved = 0
+        self._num_moved = 0
         self.track, self.course = PersonTrack(), PersonCourse()
         self._believed = None

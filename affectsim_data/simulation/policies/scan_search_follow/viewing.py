@@ -27,7 +27,7 @@ _BODY = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 _FARTHEST_M, _LEAST_SIGHT = 3.3, 0.5
 _BEFORE_M = np.arange(0.5, 1.3, 0.05)
 """Low things so far before a person hide their legs."""
-_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 1.3, 1.2, 0.25, 0.5, 0.04
+_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 1.4, 2.0, 0.3, 0.6, 0.025
 """What a view gains by each; distance and way count against it, by the metre."""
 
 
@@ -89,7 +89,8 @@ def rate_views(plan: OccupancyMap, places: FloatArray, course: PersonCourse) -> 
     off = distance - (_IDEAL_M + _ROOM_FOR_COURSE * course.reach_m)
     # Too near cuts the body off, and soon; too far only makes it smaller.
     strain = np.minimum(np.where(off < 0.0, -0.9 * off, off), 2.5)
-    return np.asarray(_FACING * front + _SIGHT * sight - _LOW * low - _DISTANCE * strain)
+    # A face that something hides is worth no more than a back that it hides.
+    return np.asarray(sight * (_SIGHT + _FACING * front) - _LOW * low - _DISTANCE * strain)
 
 
 def _sight(plan: OccupancyMap, places: FloatArray, course: PersonCourse) -> FloatArray:

@@ -15,20 +15,28 @@ from affectsim_data.simulation.policies.scan_search_follow.mapping import Occupa
 
 __all__ = ["Walk", "find_path", "way_lengths"]
 
-_MANNERS = ((0.45, False, 0.0), (0.38, False, 1.5), (0.3, False, 4.0), (0.35, True, 6.0))
+_MANNERS = (
+    (0.45, False, 0.0),
+    (0.38, False, 1.5),
+    (0.42, True, 2.0),
+    (0.3, False, 4.0),
+    (0.34, True, 5.0),
+)
 """Room asked for in metres, whether over floor not yet seen, and metres of way that it costs more.
 The robot's radius is 0.3 m; the map is some 0.05 m off."""
 _ARRIVED_M = 0.25
-_PLANS_A_GOAL = 5
+_PLANS_A_GOAL, _BUMPS_A_GOAL = 5, 3
+_RETURNS_A_GOAL = 2
 _SPARE_STEPS, _STEPS_A_MOVE = 30, 3.0
-"""A goal that takes more ways or more steps than that is given up: the robot is stuck."""
+"""A goal that takes more ways, bumps or steps than that is given up: the robot is stuck."""
 _SPARE_M = 0.05
 """A move may end that much nearer to things than the way was planned for."""
+_SAME_M = 0.1
 _NEAR_M, _BESIDE_M = 0.2, 0.15
 """A corner is passed this near to it, or this near to the way that leads on from it."""
-_LEAST_M = 0.26
+_LEAST_M = 0.2
 """The room a move has to have where there is no other."""
-_BUMP_M, _BUMP_REACH_M = 0.2, 0.17
+_BUMP_M, _BUMP_REACH_M = 0.2, 0.2
 """What cut a move short lies so far ahead of where the robot's middle ended."""
 
 
@@ -67,6 +75,9 @@ class Walk:
         self._cuts = 0
         self._plans = 0
         self._steps_left = 0
+        self._bumps_left = 0
+        self._passed: list[FloatArray] = []
+        self._returns = 0
         self.planner_calls = 0
         """Ways planned so far."""
 
@@ -76,6 +87,7 @@ class Walk:
             bump = here + _BUMP_M * np.array([-math.sin(yaw), -math.cos(yaw)])
             self._plan.block(bump)
             self._bumps.append(bump)
+            self._bumps_left -= 1
             self._path = None
 
     def arrived(self, here: FloatArray, goal: FloatArray) -> bool:
@@ -88,7 +100,10 @@ class Walk:
             return None
         if self._goal is None or not np.array_equal(goal, self._goal):
             self._goal, self._path = goal, None
-            self._plans, self._steps_left = 0, 1
+            self._plans, self._steps_left, self._bumps_left = 0, 1, _BUMPS_A_GOAL
+            self._passed, self._returns = [], 0
+        if self._turns_back(here):
+            return None
         self._steps_left -= 1
         for _ in range(2):
             is_cut = self._path is None or self._num_cuts(here, self._path) > self._cuts + 1
@@ -104,10 +119,17 @@ class Walk:
             self._path = None
         return None
 
+    def _turns_back(self, here: FloatArray) -> bool:
+        """Whether the robot goes to and fro between the same places."""
+        if not self._passed or math.dist(here, self._passed[-1]) > _SAME_M:
+            self._returns += any(math.dist(here, one) <= _SAME_M for one in self._passed)
+            self._passed.append(here)
+        return self._returns > _RETURNS_A_GOAL
+
     def _find(self, here: FloatArray, goal: FloatArray) -> bool:
         """Plans the way; whether there is one, after not too many others to the same goal."""
         self._path = None
-        if self._plans >= _PLANS_A_GOAL:
+        if self._plans >= _PLANS_A_GOAL or self._bumps_left <= 0:
             return False
         self._plans += 1
         self.planner_calls += 1
