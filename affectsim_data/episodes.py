@@ -30,6 +30,9 @@ from affectsim_data.schemas import (
 )
 
 __all__ = [
+    "ACTION_RATE_HZ",
+    "STEP_M",
+    "TURN",
     "CLIP_FPS",
     "RING_DISTANCES_M",
     "Episode",
@@ -59,6 +62,14 @@ _CLOSED: tuple[tuple[str, tuple[str | None, ...]], ...] = (
 _REQUIRED = tuple(field.name for field in SCHEMAS["episodes"] if not field.nullable)
 _FLOATS = tuple(f.name for f in SCHEMAS["episodes"] if pa.types.is_float64(f.type))
 _PARTNER = tuple(name for name in SCHEMAS["episodes"].names if name.startswith("partner_"))
+
+
+ACTION_RATE_HZ = 4.0
+"""Actions of the robot a second (paper, "Execution settings"); the person keeps moving."""
+STEP_M = 0.25
+"""Length of a move forward (paper, "Execution settings")."""
+TURN = math.radians(15.0)
+"""Angle of a turn (paper, "Execution settings")."""
 
 
 @dataclasses.dataclass(frozen=True)

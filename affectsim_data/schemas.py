@@ -20,10 +20,14 @@ __all__ = [
     "ASSET_TABLES",
     "SCHEMAS",
     "SCHEMA_VERSION",
+    "PHASES",
+    "ROBOT_ACTIONS",
     "SPLITS",
     "AssetTable",
     "Challenge",
     "Family",
+    "Phase",
+    "RobotAction",
     "Split",
     "TableName",
     "array_columns",
@@ -44,6 +48,13 @@ CHALLENGES: tuple[Challenge, ...] = get_args(Challenge)
 TableName = Literal[
     "episodes", "index", "cells", "motions", "scenes", "avatars", "predictions", "trajectories"
 ]
+RobotAction = Literal["move_forward", "turn_left", "turn_right", "hand_off", "stop"]
+ROBOT_ACTIONS: tuple[RobotAction, ...] = get_args(RobotAction)
+"""What the robot can do in a step."""
+Phase = Literal["search", "approach", "collect"]
+PHASES: tuple[Phase, ...] = get_args(Phase)
+"""What it is about: looking for the person, going to a view of them, and from the handoff on
+collecting."""
 AssetTable = Literal["motions", "scenes", "avatars"]
 ASSET_TABLES: tuple[AssetTable, ...] = get_args(AssetTable)
 

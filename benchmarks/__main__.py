@@ -11,6 +11,7 @@ import re
 from pathlib import Path
 
 from benchmarks import (
+    acquisition,
     environment,
     fetching,
     homes,
@@ -33,17 +34,16 @@ from benchmarks.tables import write_tables
 _PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
 _MODULES_WITH_PARTS = (
     *(loading, wide, index, fetching, streaming, shuffling, retargeting),
-    *(homes, scenes, navigation, reference, statistics, environment),
+    *(homes, scenes, navigation, reference, statistics, environment, acquisition),
 )
 _MODULES = {part: module.__name__ for module in _MODULES_WITH_PARTS for part in module.PARTS}
 """Where the parts are that run in a process of their own."""
+_ALL_ON_ONE_CORE = (
+    *(index, retargeting, homes, scenes, navigation, reference, environment, acquisition),
+)
 _ON_ONE_CORE = (
     *("throughput", "scene_order"),
-    *(
-        part
-        for module in (index, retargeting, homes, scenes, navigation, reference, environment)
-        for part in module.PARTS
-    ),
+    *(part for module in _ALL_ON_ONE_CORE for part in module.PARTS),
 )
 
 

@@ -10,18 +10,24 @@ where nothing was handed off, as DESIGN section 4 has it.
 
 python -m benchmarks.acquisition RELEASE [--policy scan_search_follow] [--episodes 60]
 python -m benchmarks.acquisition RELEASE --trajectories runs.parquet
+
+As a part of `python -m benchmarks` it compares policies in a few episodes of `mini`.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import os
+import sys
 import time
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from benchmarks.parts import Rows, serve_part
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -37,6 +43,12 @@ _SHOWN = 0.3
 """Mean visible share of the target from which a clip shows it."""
 _MEASURES = ("visible share", "facing", "height (px)")
 _CONDITIONS = ("p_init", "a_obs", "p_ref")
+_RELEASE = "AFFECTSIM_BENCHMARK_RELEASE"
+"""Environment variable: the release of the part, `mini` if not set."""
+_EPISODES = 9
+"""Of the part, a random sample."""
+_POLICIES = ("random:60", "limited_search", "scan_search_follow", "privileged:reference")
+"""Of the part."""
 
 
 def main() -> None:
@@ -59,6 +71,36 @@ def main() -> None:
         table = _read(options.trajectories, options.policy)
         chosen = _recorded(release, options.split, table)
     print_rows(measure(release, options.split, chosen, table, options.policy))
+
+
+def acquisition() -> Rows:
+    """What policies acquire in the same few episodes, and what they take for a step."""
+    from affectsim_data.releases import open_release
+
+    release = open_release(os.environ.get(_RELEASE, "mini"))
+    chosen = _sample(release, "test", _EPISODES, 0)
+    rows = []
+    for name in _POLICIES:
+        table, policy_ms = _run(release, "test", chosen, name)
+        # By the name that the rows have: that of a policy may say less than what opens it.
+        measured = measure(release, "test", chosen, table, str(table.column("policy")[0]))
+        rows.append({"policy": name, **_numbers(measured), "policy_ms_per_step": policy_ms})
+    return rows
+
+
+def _numbers(part: list[Measured]) -> dict[str, Any]:
+    """What a row of the part says of some episodes."""
+    views = np.mean([one.views for one in part], axis=0)
+    return {
+        "episodes": len(part),
+        "handoff_%": 100.0 * float(np.mean([one.handed_off for one in part])),
+        "shows_%": 100.0 * float(np.mean([one.shows for one in part])),
+        "way_m": float(np.mean([one.way_m for one in part])),
+        **{
+            f"{name.removesuffix(' (px)')}_recovered": _gap(*row).rpartition(", ")[2]
+            for name, row in zip(_MEASURES, views, strict=True)
+        },
+    }
 
 
 def _sample(release: Release, split: str, count: int | None, seed: int) -> list[int]:
@@ -237,5 +279,10 @@ def _gap(initial: float, active: float, reference: float) -> str:
     return f"{initial:.2f}, {active:.2f}, {reference:.2f}, {recovered}"
 
 
+PARTS = {"acquisition": acquisition}
+
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == list(PARTS):
+        serve_part(PARTS)
+    else:
+        main()

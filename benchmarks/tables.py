@@ -34,6 +34,7 @@ _TITLES = {
     "statistics": "Evaluating 24 models x 4 conditions x 3,941 episodes with 2,000 draws",
     "environment": "Steps of the environment, RGB-D 224 x 224, one core",
     "environment_memory": "Memory over many episodes in one process",
+    "acquisition": "What policies acquire in nine episodes of `mini`, one core",
 }
 
 

@@ -18,11 +18,11 @@ from small_release import small_rows, write_release
 from affectsim_data.cli import main
 from affectsim_data.loaders import AffectSimDataset
 from affectsim_data.releases import Release, open_release
-from affectsim_data.releases.journals import open_journal_file
+from affectsim_data.releases.journals import journal_path, open_journal_file
 from affectsim_data.schemas import SCHEMAS
 from affectsim_data.simulation.acquiring import acquire
 from affectsim_data.simulation.acting import Job
-from affectsim_data.simulation.journal import RunHeader, RunJournal, journal_path, open_run_journal
+from affectsim_data.simulation.journal import RunHeader, RunJournal, open_run_journal
 from affectsim_data.simulation.recording import EpisodeRecord, failures_path
 
 POLICY = "random:6"
@@ -86,6 +86,44 @@ def test_two_processes_give_the_bytes_of_one(
 
 
 @pytest.mark.egl
+def test_a_run_that_is_done_has_nothing_to_do(
+    six: Release, whole: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written = whole.read_bytes()
+    assert main(["acquire", six.uri, "--policy", POLICY, "--out", str(whole)]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        f"{whole}: all 6 episodes were done before; nothing to do",
+        "        6 collected",
+    ]
+    others: dict[str, dict[str, Any]] = {
+        "is of another run: seed 0, here 1; go on with what it was": {"seed": 1},
+        "is of another run: policy 'random:6', here 'stay'": {"policy": "stay"},
+        "is of another run: max_policy_time_s 60.0, here 5": {"max_policy_time_s": 5.0},
+        r"of other episodes: 4 more are, such as 'small/2'; .*--out.*--overwrite": {"limit": 2},
+    }
+    for message, options in others.items():
+        with pytest.raises(ValueError, match=message):
+            acquire(six, options.pop("policy", POLICY), whole, progress=False, **options)
+    assert whole.read_bytes() == written
+    assert [path.name for path in whole.parent.iterdir()] == [whole.name]
+
+
+@pytest.mark.egl
+def test_a_run_into_its_release_is_done_too(tmp_path: Path, capsys: Any) -> None:
+    release, out = tmp_path / "release", tmp_path / "runs.parquet"
+    write_release(release)
+    words = ["acquire", str(release), "--policy", "stay", "--out", str(out), "--jobs", "1"]
+    assert main([*words, "--limit", "1", "--into-release"]) == 0
+    carried = (release / "trajectories/stay-test.parquet").read_bytes()
+    assert b"affectsim_trajectories" in out.read_bytes()
+    assert b"affectsim_trajectories" not in carried
+    capsys.readouterr()
+    assert main([*words, "--limit", "1", "--into-release"]) == 0
+    assert "all 1 episodes were done before; nothing to do" in capsys.readouterr().out
+    assert (release / "trajectories/stay-test.parquet").read_bytes() == carried
+
+
+@pytest.mark.egl
 def test_tables_hold_the_episodes_in_order_and_are_what_a_obs_shows(
     six: Release, whole: Path
 ) -> None:
@@ -136,6 +174,10 @@ def test_a_policy_that_fails_costs_its_own_episode_only(
     told = capsys.readouterr()
     assert "5 failed" in told.out
     assert "failed: small/0, step 3: LookupError" in told.err
+    assert main(["acquire", six.uri, *words, "--out", str(out)]) == 0
+    again = capsys.readouterr()
+    assert again.err == "".join(line for line in told.err.splitlines(True) if "failed:" in line)
+    assert again.out.splitlines()[1:] == told.out.splitlines()[1:]
     table = pq.read_table(out)
     rows = {
         f"small/{number}": table.filter(pa.compute.equal(table["episode_id"], f"small/{number}"))
@@ -188,10 +230,10 @@ def test_arguments_are_checked_before_anything_is_done(
 def test_a_table_that_is_there_is_not_replaced_unasked(small: Release, tmp_path: Path) -> None:
     out = tmp_path / "runs.parquet"
     out.write_bytes(b"mine")
-    with pytest.raises(FileExistsError, match=r"is there already; --overwrite replaces it"):
+    with pytest.raises(FileExistsError, match=r"does not say what run it is of; --overwrite"):
         acquire(small, "stay", out, progress=False)
     with (
-        open_journal_file(journal_path(out), busy="somebody works there"),
+        open_journal_file(journal_path(out), kind="runs", busy="somebody works there"),
         pytest.raises(BlockingIOError, match="another process acquires into it now"),
     ):
         acquire(small, "stay", out, progress=False)
@@ -260,10 +302,10 @@ def test_files_that_are_no_journals_are_refused_and_kept(tmp_path: Path) -> None
     with pytest.raises(ValueError, match="not a journal of trajectories"):
         opened(out)
     path.write_text(json.dumps(HEADER.to_json()) + '\n{"episode_id": "a"}\n')
-    with pytest.raises(ValueError, match="line 2: not the record of an episode: KeyError"):
+    with pytest.raises(ValueError, match=r"line 2: not a journal.*: not the record of an episode"):
         opened(out)
     path.write_text(json.dumps(HEADER.to_json()) + "\nhello\n{}\n")
-    with pytest.raises(ValueError, match=r"partial\.jsonl, line 2: not JSON"):
+    with pytest.raises(ValueError, match=r"partial\.jsonl, line 2: not a journal.*: not JSON"):
         opened(out)
     assert path.exists()
     with open_run_journal(out, HEADER, anew=True) as journal:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from small_release import box_room
 from test_baseline_mapping import look, whole_turn
 
+from affectsim_data.observations.still import head_camera_pose
 from affectsim_data.poses import FloatArray
 from affectsim_data.releases import Release, open_release
 from affectsim_data.render import process_renderer
@@ -32,8 +33,7 @@ from affectsim_data.simulation.policies.scan_search_follow.mapping import Occupa
 from affectsim_data.simulation.policies.scan_search_follow.policy import ScanSearchFollow
 from affectsim_data.simulation.policies.scan_search_follow.senses import Senses
 from affectsim_data.simulation.policies.scan_search_follow.viewing import best_view, rate_views
-from affectsim_data.simulation.policies.scan_search_follow.ways import Walk, find_path, way_lengths
-from affectsim_data.simulation.running import Observation
+from affectsim_data.simulation.policies.scan_search_follow.ways import Walk
 from affectsim_data.visibility import body_samples, scene_caster, visible_share
 
 
@@ -134,18 +134,17 @@ class TestViews:
 
 class TestWays:
     def test_a_way_leads_through_the_doorway(self, doorway: OccupancyMap) -> None:
-        found = find_path(doorway, np.array([0.0, 2.5]), np.array([1.0, -1.6]))
-        assert found is not None
-        path, room_m = found
-        assert room_m >= 0.3
+        path = doorway.path(np.array([0.0, 2.5]), np.array([1.0, -1.6]))
+        assert path is not None
+        assert doorway.room(path[1:-1]).min(initial=1.0) >= 0.25
         crossing = path[np.abs(path[:, 1] + 1.0) < 0.8]
         assert len(crossing)
         assert (np.abs(crossing[:, 0] - 1.0) < 0.35).all()
 
     def test_there_is_no_way_into_a_wall(self, hall: OccupancyMap) -> None:
-        assert find_path(hall, np.zeros(2), np.array([9.0, 0.0])) is None
+        assert hall.path(np.zeros(2), np.array([9.0, 0.0])) is None
         row, column = hall.cells((9.0, 0.0))
-        assert way_lengths(hall, np.zeros(2))[row, column] == np.inf
+        assert hall.distances_from(np.zeros(2))[row, column] == np.inf
 
     def test_a_walk_arrives(self, doorway: OccupancyMap) -> None:
         here, goal = np.array([-2.5, 2.5]), np.array([1.0, -1.6])
@@ -244,11 +243,51 @@ class SeenTrack:
 
 def sensing(place: tuple[float, float] | None, *, unseen_s: float = 0.0) -> Senses:
     """What a robot at the origin that looks along -Z knows of a person at a place."""
-    senses = Senses.__new__(Senses)
+    senses = Senses()
     senses.here, senses.yaw, senses.time_s = np.zeros(2), 0.0, 10.0
     where = None if place is None else np.array(place)
     senses.track = SeenTrack(where, 10.0 - unseen_s)  # type: ignore[assignment]  # all that is read
     return senses
+
+
+class TestPartners:
+    """Who of two people matters is not known, so both are kept in sight."""
+
+    def of_two(self, *seen: tuple[float, float]) -> Senses:
+        """A robot that watches somebody 2 m ahead and has seen somebody else at places."""
+        senses = sensing((0.0, -2.0))
+        senses.course = watched((0.0, -2.0), None)
+        senses.track.place_xz = np.array([0.0, -2.0])  # type: ignore[misc]  # of a stand-in
+        for place in seen:
+            senses._note_others([np.array(place)])
+        return senses
+
+    def test_the_robot_looks_between_two(self) -> None:
+        senses = self.of_two((1.2, -2.0), (1.2, -2.1), (1.2, -1.9))
+        assert senses.aim_xz == pytest.approx([0.6, -2.0])
+        assert follow(senses) == "turn_right"
+
+    @pytest.mark.parametrize(
+        "seen",
+        [
+            ((1.2, -2.0), (1.2, -2.0)),  # too seldom
+            ((3.0, -2.0),) * 4,  # too far
+            ((0.3, -2.0),) * 4,  # the very same person
+        ],
+    )
+    def test_who_is_no_partner_does_not_count(self, seen: tuple[tuple[float, float], ...]) -> None:
+        senses = self.of_two(*seen)
+        assert senses.partner_xz is None
+        assert senses.aim_xz == pytest.approx([0.0, -2.0])
+
+    def test_neither_hides_the_other_in_the_best_view(self, hall: OccupancyMap) -> None:
+        one, other = np.array([-0.6, 0.0]), np.array([0.6, 0.0])
+        course = watched((-0.6, 0.0), math.pi / 2.0)  # turned away from the other
+        alone = best_view(hall, np.array([2.5, 0.0]), course, [])
+        both = best_view(hall, np.array([2.5, 0.0]), course, [], other)
+        assert alone.place_xz[0] < -1.5
+        away, across = both.place_xz - one, (other - one) / math.dist(one, other)
+        assert abs(away[0] * across[1] - away[1] * across[0]) > 1.0
 
 
 class TestFollowing:
@@ -310,17 +349,17 @@ def test_its_clip_shows_the_person() -> None:
     world = release.world(episode)
     navmesh = release.navmesh(episode.scene_id)
     policy = ScanSearchFollow()
-    run = EpisodeRun(episode, world, navmesh, process_renderer(), policy=policy.name)
-    views: list[Observation] = []
-    observe = run.observe
-    run.observe = lambda: views.append(observe()) or views[-1]  # type: ignore[method-assign, func-returns-value]  # listens in
+    # The network sees no more than this of an image.
+    camera = world.camera.resized(width=112, height=112)
+    run = EpisodeRun(episode, world, navmesh, process_renderer(), policy=policy.name, camera=camera)
     result = run_episode(run, policy, seed=0)
     assert result.outcome == "collected"
     phases = [row["phase"] for row in result.rows]
     assert phases == sorted(phases, key=("search", "approach", "collect").index)
+    # It starts 8 m off, out of sight: that takes more than a look around, and then a way.
+    assert phases.count("search") > 24
+    assert phases.count("approach") > 12
     last = result.rows[-1]
-    from affectsim_data.observations.still import head_camera_pose
-
     position = np.array([last[f"position_{axis}_m"] for axis in "xyz"])
     pose = head_camera_pose(position, np.radians(last["yaw_deg"]), world.robot)
     samples = body_samples(world, [episode.phase_s + last["time_s"]])

@@ -30,7 +30,12 @@ from affectsim_data.simulation.policies.scan_search_follow.person_views import (
     body_facing,
     draw_views,
 )
-from affectsim_data.simulation.policies.scan_search_follow.seeing import PersonFinder, Sighting
+from affectsim_data.simulation.policies.scan_search_follow.seeing import (
+    PersonFinder,
+    Sighting,
+    _median,
+    _span,
+)
 from affectsim_data.simulation.policies.scan_search_follow.tracking import PersonTrack
 from affectsim_data.simulation.policies.scan_search_follow.training import train_person_network
 from affectsim_data.simulation.running import EpisodeRun, Observation
@@ -123,6 +128,16 @@ def place(track: PersonTrack) -> FloatArray | None:
 
 def stable(track: PersonTrack) -> bool:
     return track.is_stable
+
+
+@pytest.mark.parametrize("decimals", [1, 7])
+def test_medians_and_spans_are_those_of_numpy_to_the_last_bit(decimals: int) -> None:
+    rng = np.random.default_rng(0)
+    for count in [1, 2, 3, *rng.integers(12, 2000, 200).tolist()]:
+        values = rng.normal(1.0, 1.0, count).round(decimals).astype(np.float32)
+        assert _median(values) == float(np.median(values))
+        assert _span(values) == tuple(np.percentile(values, [3, 97]))
+    assert math.isnan(_median(np.zeros(0, np.float32)))
 
 
 def test_the_first_look_has_nothing_to_compare() -> None:

@@ -17,7 +17,7 @@ from affectsim_data.content import ContentFolder, content_path
 
 PACKAGE = Path(affectsim_data.__file__).parent
 LAYERS = (
-    ("errors", "poses", "content", "naming"),
+    ("errors", "poses", "content", "naming", "weights"),
     ("cameras", "skeletons", "glb", "motions", "avatars"),
     ("scenes", "navmesh"),
     ("schemas", "episodes", "releases", "engines"),

@@ -22,8 +22,8 @@ from affectsim_data.evaluation.tables import read_predictions
 from affectsim_data.loaders import AffectSimDataset, Clip, Sample
 from affectsim_data.recognizers import PredictionRun, Reply, open_recognizer, predict
 from affectsim_data.recognizers.frames import blinded, frame_strip, frames_sha256
-from affectsim_data.recognizers.journal import journal_path
 from affectsim_data.releases import Release
+from affectsim_data.releases.journals import journal_path
 from affectsim_data.schemas import SCHEMAS
 
 

@@ -35,9 +35,9 @@ def acquire(
 ) -> int:
     """Have a policy act in every episode of a split, into a trajectory table.
 
-    Safe to interrupt: the same command goes on where it was. The same release, policy and seed
-    give the same bytes, with any number of processes. Where the policy fails, its episode ends
-    without a handoff, and OUT.failures.jsonl says why.
+    Safe to interrupt: the same command goes on where it was, and has nothing to do once the table
+    is there. The same release, policy and seed give the same bytes, with any number of processes.
+    Where the policy fails, its episode ends without a handoff, and OUT.failures.jsonl says why.
 
     Args:
         release: mini, a folder, or hf://datasets/ORG/NAME@REVISION.
@@ -56,7 +56,7 @@ def acquire(
         ray_address: Of the Ray cluster; without it one is started on this machine.
         policy_time: Seconds the policy may take in an episode; drawing is not counted.
         into_release: Also put the trajectories into the release, a folder: a_obs finds them there.
-        overwrite: Begin anew, and replace a table that is there.
+        overwrite: Begin anew, and replace a table of another run.
     """
     from affectsim_data.releases import open_release
     from affectsim_data.releases.filters import parse_where
@@ -100,6 +100,8 @@ def _summary(run: AcquireRun) -> list[str]:
     before = run.num_episodes - run.num_new
     told = [f"{run.num_new:,} episodes in {run.elapsed_s:,.0f} s"]
     told += [f"{before:,} before"] if before else []
+    if not run.num_new:
+        told = [f"all {before:,} episodes were done before; nothing to do"]
     endings = sorted(run.endings.items(), key=lambda pair: (-pair[1], pair[0]))
     lines = [
         f"{run.path}: {'; '.join(told)}",

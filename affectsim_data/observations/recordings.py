@@ -8,7 +8,6 @@ import functools
 import hashlib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -16,15 +15,13 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from affectsim_data.observations.recorded_rows import NUMBERS, RecordedRows
 from affectsim_data.poses import FloatArray
-from affectsim_data.schemas import check_table
+from affectsim_data.schemas import ROBOT_ACTIONS, check_table
 
 __all__ = ["RecordedRuns"]
 
-_POINT = ("position_x_m", "position_y_m", "position_z_m")
-_NUMBERS = ("time_s", *_POINT, "yaw_deg")
-_READ = ("episode_id", "policy", "step", "action", *_NUMBERS)
-_ACTIONS = ("move_forward", "turn_left", "turn_right", "hand_off", "stop")
+_READ = ("episode_id", "policy", "step", "action", *NUMBERS)
 _LISTED = 10
 
 
@@ -88,35 +85,25 @@ class RecordedRuns:
             _refuse(table.column(name).is_null().to_numpy(), rows, file, f"{name} is null")
         policy = _one_policy(table, file, policy)
         mine = pc.equal(table.column("policy"), policy)
-        table, rows = table.filter(mine), rows[mine.to_numpy()]
-        return cls._of_rows(table, rows, file, policy)
+        return cls._of_rows(
+            RecordedRows.of(table.filter(mine), rows[mine.to_numpy()]), file, policy
+        )
 
     @classmethod
-    def _of_rows(
-        cls, table: pa.Table, rows: NDArray[np.int64], file: str, policy: str
-    ) -> RecordedRuns:
-        ids = pc.unique(table.column("episode_id")).sort()
-        codes = pc.index_in(table.column("episode_id"), value_set=ids).to_numpy()
-        order = np.lexsort((table.column("step").to_numpy(), codes))
-        table, rows, codes = table.take(pa.array(order)), rows[order], codes[order]
-        is_first = np.diff(codes, prepend=-1) > 0
-        _check_rows(table, rows, is_first, file)
-        numbers = np.stack([table.column(name).to_numpy() for name in _NUMBERS], axis=1)
-        done = pc.equal(table.column("action"), "hand_off").to_numpy()
-        starts = np.flatnonzero(is_first)
-        # How many handoffs there were in the episode so far: from the first on, rows are kept.
-        count = np.cumsum(done)
-        kept = count > np.repeat((count - done)[starts], np.diff(starts, append=len(codes)))
-        knots = numbers[kept].astype(np.float64)
+    def _of_rows(cls, rows: RecordedRows, file: str, policy: str) -> RecordedRuns:
+        _check_rows(rows, file)
+        numbers = np.stack([rows.column(name) for name in NUMBERS], axis=1).astype(np.float64)
+        kept = rows.after_first(rows.does("hand_off"))
+        knots = numbers[kept]
         knots[:, 4] = np.radians(knots[:, 4])
-        num_kept = np.bincount(codes[kept], minlength=len(ids))
+        num_kept = np.add.reduceat(kept, rows.starts, dtype=np.int64)
         return cls(
             policy=policy,
             file=file,
-            episode_ids=tuple(ids.to_pylist()),
+            episode_ids=rows.episode_ids,
             bounds=np.concatenate([[0], np.cumsum(num_kept)]).astype(np.int64),
             knots=knots,
-            first_positions=numbers[starts, 1:4].astype(np.float64),
+            first_positions=numbers[rows.starts, 1:4],
         )
 
     def __len__(self) -> int:
@@ -175,28 +162,25 @@ def _one_policy(table: pa.Table, file: str, policy: str | None) -> str:
     return str(there[0]) if policy is None else policy
 
 
-def _check_rows(
-    table: pa.Table, rows: NDArray[np.int64], is_first: NDArray[np.bool_], file: str
-) -> None:
-    """Raises ValueError at the first row that is wrong; rows are by episode and step."""
-    for name in _NUMBERS:
-        values = table.column(name).to_numpy()
-        _refuse(~np.isfinite(values), rows, file, f"{name} must be finite")
-    known = pc.is_in(table.column("action"), value_set=pa.array(_ACTIONS)).to_numpy()
-    _refuse(~known, rows, file, f"action must be one of {', '.join(_ACTIONS)}")
-    steps: NDArray[Any] = table.column("step").to_numpy()
-    expected = np.where(is_first, 0, np.roll(steps, 1) + 1)
-    wrong = steps != expected
-    if wrong.any():
-        at = int(np.flatnonzero(wrong)[0])
-        episode = table.column("episode_id")[at].as_py()
+def _check_rows(rows: RecordedRows, file: str) -> None:
+    """Raises ValueError at the first row that is wrong."""
+    for name in NUMBERS:
+        _refuse(rows.not_finite(name), rows.numbers, file, f"{name} must be finite")
+    words = ", ".join(ROBOT_ACTIONS)
+    _refuse(
+        rows.unknown("action", ROBOT_ACTIONS), rows.numbers, file, f"action must be one of {words}"
+    )
+    if rows.wrong_step.any():
+        at = int(np.flatnonzero(rows.wrong_step)[0])
+        episode = rows.table.column("episode_id")[at].as_py()
         raise ValueError(
-            f"{file}, row {rows[at]}: episode {episode!r}: expected step {expected[at]}, got step "
-            f"{steps[at]}; steps are 0, 1, ... without a gap"
+            f"{file}, row {rows.numbers[at]}: episode {episode!r}: expected step "
+            f"{rows.expected_steps[at]}, got step {rows.column('step')[at]}; steps are 0, 1, ... "
+            "without a gap"
         )
-    times = table.column("time_s").to_numpy()
-    before = np.where(is_first, 0.0, np.roll(times, 1))
-    _refuse(times <= before, rows, file, "time_s must grow with every step, from more than 0")
+    times = rows.column("time_s")
+    grows = "time_s must grow with every step, from more than 0"
+    _refuse(times <= rows.previous(times, 0.0), rows.numbers, file, grows)
 
 
 def _refuse(wrong: NDArray[np.bool_], rows: NDArray[np.int64], file: str, what: str) -> None:

@@ -9,9 +9,9 @@ from typing import Any
 from affectsim_data.loaders import concatenate
 from affectsim_data.recognizers.clips import Clips, clip_batches, clip_keys, run_header
 from affectsim_data.recognizers.frames import frame_strip
-from affectsim_data.recognizers.journal import journal_path
 from affectsim_data.recognizers.opening import open_recognizer
 from affectsim_data.recognizers.prompts import option_order, question
+from affectsim_data.releases.journals import journal_path
 
 __all__ = ["dry_run", "strip_path"]
 

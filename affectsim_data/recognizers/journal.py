@@ -5,24 +5,22 @@ OUT.partial.jsonl
     [{"episode_id": ..., "condition": ..., "raw_text": ..., ...}, ...]        a batch of answers
     [...]
 
-A line is written in one go and synced before the next batch is taken up, so a run that ends in any
-way loses at most the batch it worked on; only the last line of a file can be torn.
+A line is on disk before the next batch is taken up, so a run that ends in any way loses at most the
+batch it worked on.
 """
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
-import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from affectsim_data.releases.file_locks import opened, try_lock
+from affectsim_data.releases.journals import JournalFile, journal_path, open_journal_file
 from affectsim_data.schemas import SCHEMAS
 
-__all__ = ["Journal", "Key", "RunHeader", "journal_path", "open_journal"]
+__all__ = ["Journal", "Key", "RunHeader", "open_journal"]
 
 Key: TypeAlias = tuple[str, str]
 """Episode and condition: what a recognizer answers once."""
@@ -89,63 +87,46 @@ class RunHeader:
 class Journal:
     """The journal of a run, open and locked; made by `open_journal`."""
 
-    def __init__(self, path: Path, fd: int, header: RunHeader, *, replaces: bool) -> None:
+    def __init__(self, file: JournalFile, header: RunHeader, *, replaces: bool) -> None:
         """Reads what is there, or begins a new one.
 
         Args:
-            path: Of the file.
-            fd: The file, open for reading and writing, and locked.
+            file: The file.
             header: Of this run.
             replaces: Whether to forget what is there, and the table beside it.
 
         Raises:
             ValueError: It is of another run, or a line of it cannot be read.
         """
-        self.path = path
         self.answered: dict[Key, dict[str, Any]] = {}
         """Rows of the table without the column `model`, by episode and condition."""
-        self.torn = False
-        """Whether the last line was half-written, and so is gone."""
-        self._fd = fd
-        lines = [] if replaces else self._whole_lines()
-        if lines:
-            self.replaces = self._read(lines, header)
-        else:
-            os.ftruncate(fd, 0)
+        self._file = file
+        lines = iter(()) if replaces else file.lines()
+        first = next(lines, None)
+        self.torn = file.torn and first is not None
+        """Whether the last batch was half-written, and so is gone."""
+        if first is None:
+            file.clear()
+            file.append({**header.to_json(), "replaces": replaces})
             self.replaces = replaces
-            self._append({**header.to_json(), "replaces": replaces})
-
-    def _whole_lines(self) -> list[bytes]:
-        """Lines that were written to their end; cuts off the rest of the file."""
-        with open(os.dup(self._fd), "rb") as stream:
-            stream.seek(0)
-            content = stream.read()
-        *lines, rest = content.split(b"\n")
-        if lines and not _is_json(lines[-1]):  # a file system may keep the end and lose the middle
-            rest = lines.pop()
-        self.torn = bool(rest and lines)
-        os.ftruncate(self._fd, sum(len(line) + 1 for line in lines))
-        return lines
-
-    def _read(self, lines: Sequence[bytes], header: RunHeader) -> bool:
-        """Takes in the lines; whether the run began with `--overwrite`."""
-        replaces = False
-        for number, line in enumerate(lines, start=1):
+            """Whether the run began with `--overwrite`."""
+            return
+        try:
+            found = RunHeader.from_json(first)
+        except ValueError as error:
+            raise file.damaged(1, error) from error
+        header.check(found, file=file.path)
+        self.replaces = first.get("replaces") is True
+        for number, batch in enumerate(lines, start=2):
             try:
-                document = json.loads(line)
-                if number > 1:
-                    self._take(document)
-                else:
-                    found = RunHeader.from_json(document)
-                    replaces = document.get("replaces") is True
+                self._take(batch)
             except (ValueError, TypeError) as error:
-                raise ValueError(
-                    f"{self.path}, line {number}: not a journal of predictions: {error}; remove "
-                    "the file, or start anew with --overwrite"
-                ) from error
-            if number == 1:
-                header.check(found, file=self.path)
-        return replaces
+                raise file.damaged(number, error) from error
+
+    @property
+    def path(self) -> Path:
+        """Of the file."""
+        return self._file.path
 
     def _take(self, batch: Any) -> None:
         if not isinstance(batch, list) or not batch:
@@ -158,30 +139,18 @@ class Journal:
     def add(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Keeps a batch of answers, on disk when this returns."""
         if rows:
-            self._append([dict(row) for row in rows])
-            for row in rows:
-                self.answered[row["episode_id"], row["condition"]] = dict(row)
-
-    def _append(self, document: Any) -> None:
-        line = json.dumps(document, ensure_ascii=True, allow_nan=False).encode() + b"\n"
-        os.lseek(self._fd, 0, os.SEEK_END)
-        while line:
-            line = line[os.write(self._fd, line) :]
-        os.fsync(self._fd)
+            batch = [dict(row) for row in rows]
+            self._file.append(batch)
+            self._take(batch)
 
     def remove(self) -> None:
         """Once the table holds everything."""
-        self.path.unlink(missing_ok=True)
-
-
-def journal_path(out: Path) -> Path:
-    """Where the journal of a table is while answers are missing from it."""
-    return out.with_name(f"{out.name}.partial.jsonl")
+        self._file.remove()
 
 
 @contextlib.contextmanager
 def open_journal(out: Path, header: RunHeader, *, replaces: bool) -> Iterator[Journal]:
-    """The journal of a table, for this process alone; a new one if there is none.
+    """The journal of a table, for this process alone; without an answer in it, it is removed.
 
     Args:
         out: The table.
@@ -192,31 +161,11 @@ def open_journal(out: Path, header: RunHeader, *, replaces: bool) -> Iterator[Jo
         BlockingIOError: Another process predicts into this table.
         ValueError: The journal is of another run, or damaged.
     """
-    path = journal_path(out)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    while True:
-        with opened(path, os.O_RDWR | os.O_CREAT) as fd:
-            if try_lock(fd) is False:
-                raise BlockingIOError(
-                    f"{out}: another process predicts into it now; wait for it, or choose another "
-                    "--out"
-                )
-            if not _is_at(fd, path):  # the run that had it came to its end in between
-                continue
-            yield Journal(path, fd, header, replaces=replaces)
-            return
-
-
-def _is_at(fd: int, path: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(fd), path.stat())
-    except FileNotFoundError:
-        return False
-
-
-def _is_json(line: bytes) -> bool:
-    try:
-        json.loads(line)
-    except ValueError:
-        return False
-    return True
+    busy = f"{out}: another process predicts into it now; wait for it, or choose another --out"
+    with open_journal_file(journal_path(out), kind="predictions", busy=busy) as file:
+        journal = Journal(file, header, replaces=replaces)
+        try:
+            yield journal
+        finally:
+            if not journal.answered:
+                journal.remove()

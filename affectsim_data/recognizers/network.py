@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +15,7 @@ from affectsim_data.loaders import Sample
 from affectsim_data.motions import EMOTIONS
 from affectsim_data.recognizers.protocol import Reply
 from affectsim_data.skeletons import JOINT_NAMES
+from affectsim_data.weights import WeightsFile
 
 __all__ = ["INPUT_SIZE", "ClipNetwork", "Looks", "NetworkRecognizer", "network_input"]
 
@@ -24,8 +24,12 @@ INPUT_SIZE = 112
 _CHANNELS = (16, 32, 64)
 _JOINT_FEATURES = 8
 _HIDDEN = 128
-_FORMAT = "affectsim-clip-network-1"
-_MAX_FILE_BYTES = 64 << 20
+_FILE = WeightsFile(
+    network="ClipNetwork",
+    mark="affectsim-clip-network-1",
+    max_bytes=64 << 20,
+    making="examples/12_train_recognizer.py makes one",
+)
 
 
 def network_input(video: torch.Tensor) -> torch.Tensor:
@@ -170,49 +174,20 @@ class NetworkRecognizer:
 
     @classmethod
     def from_file(cls, path: Path, *, device: str = "cpu") -> NetworkRecognizer:
-        """Reads what `save` wrote; weights are plain numbers in safetensors, never pickle.
+        """Reads what `save` wrote.
 
         Raises:
             FileNotFoundError: No such file.
             ValueError: Not such a file.
         """
-        from safetensors import SafetensorError, safe_open
-
-        path = Path(path)
-        if not path.is_file():
-            raise FileNotFoundError(
-                f"{path}: no such file of weights; examples/12_train_recognizer.py makes one"
-            )
-        if path.stat().st_size > _MAX_FILE_BYTES:
-            raise ValueError(f"{path}: is larger than {_MAX_FILE_BYTES} bytes, so no ClipNetwork")
-        try:
-            with safe_open(str(path), framework="pt") as file:
-                metadata = file.metadata() or {}
-                weights = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118  # no mapping
-        except SafetensorError as error:
-            raise ValueError(f"{path}: must be a file in safetensors: {error}") from error
-        if metadata.get("format") != _FORMAT:
-            raise ValueError(
-                f"{path}: must be weights of a ClipNetwork ({_FORMAT}), "
-                f"got format {metadata.get('format')!r}"
-            )
-        network = ClipNetwork()
-        try:
-            network.load_state_dict(weights)
-        except RuntimeError as error:
-            raise ValueError(f"{path}: weights do not fit the network: {error}") from error
+        path, network = Path(path), ClipNetwork()
+        metadata = _FILE.load(path, network)
         return cls(network, name=metadata.get("name", path.stem), device=device)
 
     def save(self, path: Path, *, training: dict[str, object] | None = None) -> None:
         """Writes weights, name and a note on how they were trained."""
-        from safetensors.torch import save_file
-
-        metadata = {"format": _FORMAT, "name": self.name, "training": json.dumps(training or {})}
-        weights = {
-            key: value.detach().cpu().contiguous()
-            for key, value in self._network.state_dict().items()
-        }
-        save_file(weights, str(path), metadata=metadata)
+        weights = self._network.state_dict()
+        _FILE.save(Path(path), weights, training=training or {}, name=self.name)
 
     def recognize(self, samples: Sequence[Sample]) -> list[Reply]:
         """Labels and softmax scores of clips; batches of one length share a pass."""

@@ -19,7 +19,7 @@ from affectsim_data.recognizers.clips import (
     clip_keys,
     run_header,
 )
-from affectsim_data.recognizers.journal import Journal, Key, RunHeader, journal_path, open_journal
+from affectsim_data.recognizers.journal import Journal, Key, RunHeader, open_journal
 from affectsim_data.recognizers.overlapping import BatchReplies, recognized
 from affectsim_data.recognizers.prediction_files import (
     check_suffix,
@@ -28,6 +28,7 @@ from affectsim_data.recognizers.prediction_files import (
     write_answers,
 )
 from affectsim_data.recognizers.protocol import Recognizer
+from affectsim_data.releases.journals import journal_path
 
 __all__ = ["PredictionRun", "predict"]
 
@@ -101,21 +102,17 @@ def predict(
     ):
         return PredictionRun(out, len(keys), 0, 0, (), time.perf_counter() - started)
     with open_journal(out, header, replaces=overwrite) as journal:
-        try:
-            earlier: Mapping[Key, dict[str, Any]] = {}
-            if not journal.replaces:
-                # A journal with answers was begun when the table had been compared.
-                earlier = _earlier(out, header, dataset, keys, compare=not journal.answered)
-            run = _Run(out, recognizer.name, keys, {**earlier, **journal.answered}, journal)
-            batches = clip_batches(dataset, run.pending, batch_size=size, num_workers=num_workers)
-            run.answer(recognized(recognizer, batches), progress=progress)
-            if run.answered:
-                write_answers(out, header, run.rows_in_order())
-            if not run.failures:
-                journal.remove()
-        finally:
-            if not journal.answered:
-                journal.remove()
+        earlier: Mapping[Key, dict[str, Any]] = {}
+        if not journal.replaces:
+            # A journal with answers was begun when the table had been compared.
+            earlier = _earlier(out, header, dataset, keys, compare=not journal.answered)
+        run = _Run(out, recognizer.name, keys, {**earlier, **journal.answered}, journal)
+        batches = clip_batches(dataset, run.pending, batch_size=size, num_workers=num_workers)
+        run.answer(recognized(recognizer, batches), progress=progress)
+        if run.answered:
+            write_answers(out, header, run.rows_in_order())
+        if not run.failures:
+            journal.remove()
     return PredictionRun(
         out,
         num_clips=len(keys),

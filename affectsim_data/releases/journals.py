@@ -15,21 +15,22 @@ from typing import Any
 
 from affectsim_data.releases.file_locks import opened, try_lock
 
-__all__ = ["JournalFile", "open_journal_file"]
+__all__ = ["JournalFile", "journal_path", "open_journal_file"]
 
 
 class JournalFile:
     """A journal, open and locked; made by `open_journal_file`."""
 
-    def __init__(self, path: Path, fd: int) -> None:
+    def __init__(self, path: Path, fd: int, *, kind: str) -> None:
         """Cuts off what a kill left of a last line.
 
         Args:
             path: Of the file.
             fd: The file, open for reading and writing, and locked.
+            kind: What it is a journal of, for messages.
         """
         self.path = path
-        self._fd = fd
+        self._fd, self._kind = fd, kind
         self.torn = self._mend()
         """Whether the last line was half-written, and so is gone."""
 
@@ -60,7 +61,14 @@ class JournalFile:
             try:
                 yield json.loads(line)
             except (ValueError, RecursionError) as error:
-                raise ValueError(f"{self.path}, line {number}: not JSON: {error}") from error
+                raise self.damaged(number, f"not JSON: {error}") from error
+
+    def damaged(self, number: int, why: object) -> ValueError:
+        """The error for a line, counted from 1, that is not what it must be."""
+        return ValueError(
+            f"{self.path}, line {number}: not a journal of {self._kind}: {why}; remove the file, "
+            "or start anew with --overwrite"
+        )
 
     def append(self, document: Any) -> None:
         """Adds a line, on disk when this returns."""
@@ -80,12 +88,18 @@ class JournalFile:
         self.path.unlink(missing_ok=True)
 
 
+def journal_path(out: Path) -> Path:
+    """Where the journal of a table is while rows are missing from it."""
+    return out.with_name(f"{out.name}.partial.jsonl")
+
+
 @contextlib.contextmanager
-def open_journal_file(path: Path, *, busy: str) -> Iterator[JournalFile]:
+def open_journal_file(path: Path, *, kind: str, busy: str) -> Iterator[JournalFile]:
     """A journal for this process alone, an empty one if there is none.
 
     Args:
         path: Of the file; its folder is made if need be.
+        kind: What it is a journal of, for messages.
         busy: What the error says if another process has it.
 
     Raises:
@@ -98,7 +112,7 @@ def open_journal_file(path: Path, *, busy: str) -> Iterator[JournalFile]:
                 raise BlockingIOError(busy)
             if not _is_at(fd, path):  # whoever had it came to its end in between
                 continue
-            yield JournalFile(path, fd)
+            yield JournalFile(path, fd, kind=kind)
             return
 
 

@@ -17,7 +17,14 @@ from affectsim_data.releases.release import Release
 from affectsim_data.releases.stores import FolderStore
 from affectsim_data.schemas import SCHEMAS, SPLITS, Split, check_table
 
-__all__ = ["add_trajectories", "recorded_files", "recorded_policies", "recorded_runs"]
+__all__ = [
+    "add_trajectories",
+    "file_stem",
+    "recorded_files",
+    "recorded_policies",
+    "recorded_runs",
+    "sha256_without_trajectories",
+]
 
 _NAME = re.compile(rf"trajectories/(.+?)-({'|'.join(SPLITS)})(?:-\d+-of-\d+)?\.parquet")
 _ROWS_IN_GROUP = 1 << 16
@@ -59,7 +66,7 @@ def recorded_runs(
             f"{release.uri}: carries trajectories of {len(there)} policies, {listed}; say which is "
             "meant with policy=..., or give a table: trajectories='T.parquet'"
         )
-    stem = there[0] if policy is None else _stem(policy)
+    stem = there[0] if policy is None else file_stem(policy)
     files = recorded_files(release.manifest)
     names = [name for name, (of, split) in files.items() if of == stem and split in splits]
     if not names:
@@ -72,6 +79,15 @@ def recorded_runs(
     return pa.concat_tables([release.recorded_table(name) for name in names]), (
         f"{release.uri}/{names[0]}"
     )
+
+
+def sha256_without_trajectories(release: Release) -> str:
+    """Names the content that policies act in, which trajectories put into a release leave alone."""
+    carried = recorded_files(release.manifest)
+    if not carried or release.manifest.partial_of is not None:
+        return release.content_sha256
+    files = {name: one for name, one in release.manifest.files.items() if name not in carried}
+    return dataclasses.replace(release.manifest, files=files).sha256
 
 
 def add_trajectories(folder: Path, table: Path) -> list[str]:
@@ -96,7 +112,9 @@ def add_trajectories(folder: Path, table: Path) -> list[str]:
         raise ValueError(f"{folder}: is a part of a release; add trajectories to the whole")
     try:
         check_table(pq.read_schema(table), "trajectories", file=str(table))
+        # Without what the table says of its run, which was over one split of them.
         rows = pq.read_table(table, columns=SCHEMAS["trajectories"].names)
+        rows = rows.replace_schema_metadata()
     except (pa.ArrowException, OSError) as error:
         raise ValueError(f"{table}: cannot be read as Parquet: {error}") from None
     parts: dict[Split, pa.Table] = {}
@@ -122,7 +140,7 @@ def _write_split(folder: Path, rows: pa.Table, split: Split) -> dict[str, FileEn
     """Files of one split, by path; each in place once it is whole."""
     written = {}
     for policy in sorted(pc.unique(rows.column("policy")).to_pylist()):
-        name = f"trajectories/{_stem(policy)}-{split}.parquet"
+        name = f"trajectories/{file_stem(policy)}-{split}.parquet"
         path = folder / name
         path.parent.mkdir(exist_ok=True)
         half = path.with_name(f".{path.name}.tmp")
@@ -133,6 +151,6 @@ def _write_split(folder: Path, rows: pa.Table, split: Split) -> dict[str, FileEn
     return written
 
 
-def _stem(policy: str) -> str:
+def file_stem(policy: str) -> str:
     """What files call a policy: only characters that are safe everywhere."""
     return re.sub(r"[^A-Za-z0-9_.+-]+", "_", policy).strip(".-") or "policy"

@@ -22,10 +22,13 @@ from affectsim_data.engines.code import code_fingerprint
 from affectsim_data.releases import Release
 from affectsim_data.releases.filters import Filter
 from affectsim_data.releases.joined_splits import split_title
+from affectsim_data.releases.journals import journal_path
+from affectsim_data.releases.recorded import sha256_without_trajectories
 from affectsim_data.releases.selection import select_rows
 from affectsim_data.releases.splits import SplitBy, dictionary_codes
 from affectsim_data.simulation.acting import Job
-from affectsim_data.simulation.journal import RunHeader, RunJournal, journal_path, open_run_journal
+from affectsim_data.simulation.finished import finished_run, run_metadata
+from affectsim_data.simulation.journal import RunHeader, RunJournal, open_run_journal
 from affectsim_data.simulation.policies.opening import open_policy
 from affectsim_data.simulation.recording import (
     Ending,
@@ -86,9 +89,9 @@ def acquire(
     """Has a policy act in every episode of a split, and writes its trajectory table.
 
     The same release, policy and seed give the same bytes, with any number of processes. Finished
-    episodes are on disk at once, in `OUT.partial.jsonl`; the same call goes on from there. Where
-    the policy raises, takes too long or returns nonsense, its episode ends without a handoff, and
-    `OUT.failures.jsonl` says why.
+    episodes are on disk at once, in `OUT.partial.jsonl`; the same call goes on from there, and has
+    nothing to do where the table is finished. Where the policy raises, takes too long or returns
+    nonsense, its episode ends without a handoff, and `OUT.failures.jsonl` says why.
 
     Args:
         release: Whose episodes.
@@ -107,9 +110,10 @@ def acquire(
         progress: Whether to show a bar and say what was found, on stderr.
 
     Raises:
-        FileExistsError: `out` is there already.
+        FileExistsError: `out` is there already, and no run has made it.
         BlockingIOError: Another process acquires into it.
-        ValueError: No such policy, split or engine, no episode, or the journal is of another run.
+        ValueError: No such policy, split or engine, no episode; the journal or the table is of
+            another run.
     """
     started = time.perf_counter()
     out = Path(out)
@@ -117,10 +121,14 @@ def acquire(
     name = open_policy(policy).name
     job = Job(release, split, split_by, policy, name, seed, max_policy_time_s)
     rows = select_rows(release, split, split_by=split_by, filter=filter)[:limit]
+    ids, header, num_jobs = _ids(job, rows), _header(job), _num_jobs(jobs)
     if out.exists() and not overwrite and not journal_path(out).exists():
-        raise FileExistsError(f"{out}: is there already; --overwrite replaces it")
-    num_jobs = _num_jobs(jobs)
-    with open_run_journal(out, _header(job), anew=overwrite) as journal:
+        done = finished_run(out, header, ids)
+        elapsed_s = time.perf_counter() - started
+        return AcquireRun(
+            out, len(ids), 0, done.endings, done.failures, done.failures_path, elapsed_s
+        )
+    with open_run_journal(out, header, anew=overwrite) as journal:
         run = _Run(out, job, rows, journal, progress=progress)
         # Opened even with nothing left to do: arguments are checked all the same.
         with open_engine(engine, jobs=jobs, address=ray_address, preload=_PRELOADED) as workers:
@@ -131,7 +139,7 @@ def acquire(
                 _end_process()
         records = run.in_order()
         failures = write_failures(out, records)
-        write_records(out, records)
+        write_records(out, records, run_metadata(header, records))
         journal.remove()
     return AcquireRun(
         out,
@@ -174,9 +182,8 @@ class _Run:
     ) -> None:
         self._out, self._job, self._rows, self._journal = out, job, rows, journal
         self._progress = progress
-        index = job.episodes.index
-        self._ids: list[str] = index.column("episode_id").take(pa.array(rows)).to_pylist()
-        self._scenes = dictionary_codes(index.column("scene_id"))[0][rows]
+        self._ids = _ids(job, rows)
+        self._scenes = dictionary_codes(job.episodes.index.column("scene_id"))[0][rows]
         self.num_new = 0
 
     def units(self, jobs: int) -> list[tuple[int, ...]]:
@@ -230,11 +237,17 @@ class _Run:
         return [self._journal.records[one] for one in self._ids]
 
 
+def _ids(job: Job, rows: NDArray[np.int64]) -> list[str]:
+    """Of the episodes at some rows of the split."""
+    ids: list[str] = job.episodes.index.column("episode_id").take(pa.array(rows)).to_pylist()
+    return ids
+
+
 def _header(job: Job) -> RunHeader:
     return RunHeader(
         policy=job.name,
         release=job.release.uri,
-        release_sha256=job.release.content_sha256,
+        release_sha256=sha256_without_trajectories(job.release),
         split=split_title(job.split, job.split_by),
         seed=job.seed,
         max_policy_time_s=job.max_policy_time_s,

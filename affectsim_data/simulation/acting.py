@@ -24,7 +24,17 @@ from affectsim_data.simulation.policies import Decision, Policy, PrivilegedPolic
 from affectsim_data.simulation.policies.opening import open_policy
 from affectsim_data.simulation.running import EpisodeRun, Observation, Outcome
 
-__all__ = ["Answered", "Asking", "Broken", "Ended", "Failed", "Job", "Message", "act_on_request"]
+__all__ = [
+    "Answered",
+    "Asking",
+    "Broken",
+    "Ended",
+    "Failed",
+    "Job",
+    "Message",
+    "Note",
+    "act_on_request",
+]
 
 _Found = TypeVar("_Found")
 _LONGEST_REASON = 2000
@@ -63,9 +73,9 @@ class Asking:
     """The policy is asked now."""
 
     rows: list[dict[str, Any]]
-    """Of the trajectory, since the last such message."""
-    left_s: float
-    """What it may still take."""
+    """Of the trajectory, since the last such note."""
+    until_s: float
+    """When its time is up, by `time.monotonic`, which is the same in all processes."""
 
 
 class Answered:
@@ -95,11 +105,19 @@ class Broken:
     error: Exception
 
 
-Message: TypeAlias = Literal["ready"] | Asking | Answered | Ended | Failed | Broken
+Message: TypeAlias = Literal["ready"] | Ended | Failed | Broken
+Note: TypeAlias = Asking | Answered
 
 
-def act_on_request(job: Job, connection: Connection) -> None:
-    """Acts in the episodes asked for, by their places in the split, until the asker is gone."""
+def act_on_request(job: Job, connection: Connection, notes: Connection) -> None:
+    """Acts in the episodes asked for, by their places in the split, until the asker is gone.
+
+    Args:
+        job: Which policy acts, and where.
+        connection: To the asker: places come in, messages go out.
+        notes: Takes two notes a step. They have a line of their own, so that nobody need wake up
+            for each of them.
+    """
     # Ctrl-C reaches the whole group; the parent alone answers it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
@@ -109,7 +127,7 @@ def act_on_request(job: Job, connection: Connection) -> None:
         policy = open_policy(job.policy)
         connection.send("ready")
         while True:
-            message = _act(job, policy, connection.recv(), connection)
+            message = _act(job, policy, connection.recv(), notes)
             connection.send(message)
             if isinstance(message, Failed):
                 policy = open_policy(job.policy)  # whatever state the old one is in
@@ -131,7 +149,7 @@ def _send_error(connection: Connection, error: Exception) -> None:
         connection.send(Broken(RuntimeError(f"{type(error).__name__}: {error}")))
 
 
-def _act(job: Job, policy: Policy, place: int, connection: Connection) -> Ended | Failed:
+def _act(job: Job, policy: Policy, place: int, notes: Connection) -> Ended | Failed:
     """A whole episode."""
     episode = job.episodes.episode(place)
     run = EpisodeRun(
@@ -145,7 +163,7 @@ def _act(job: Job, policy: Policy, place: int, connection: Connection) -> Ended 
     try:
         result = run_episode(
             run,
-            kind(policy, run, connection, limit_s=job.max_policy_time_s),
+            kind(policy, run, notes, limit_s=job.max_policy_time_s),
             seed=job.episode_seed(episode.episode_id),
             max_policy_time_s=job.max_policy_time_s,
         )
@@ -158,9 +176,9 @@ class _Watched:
     """A policy that says when it is asked and when it has come back."""
 
     def __init__(
-        self, policy: Policy, run: EpisodeRun, connection: Connection, *, limit_s: float
+        self, policy: Policy, run: EpisodeRun, notes: Connection, *, limit_s: float
     ) -> None:
-        self._policy, self._run, self._connection = policy, run, connection
+        self._policy, self._run, self._notes = policy, run, notes
         self._left_s, self._told = limit_s, 0
 
     @property
@@ -185,13 +203,13 @@ class _Watched:
     def _timed(self, call: Callable[[], _Found]) -> _Found:
         rows = self._run.rows[self._told :]
         self._told += len(rows)
-        self._connection.send(Asking(rows, max(self._left_s, 0.0)))
+        self._notes.send(Asking(rows, time.monotonic() + max(self._left_s, 0.0)))
         started = time.perf_counter()
         try:
             return call()
         finally:
             self._left_s -= time.perf_counter() - started
-            self._connection.send(Answered())
+            self._notes.send(Answered())
 
 
 class _WatchedPrivileged(_Watched):

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from typing import Literal, get_args
+from typing import TypeAlias
+
+from affectsim_data.episodes import ACTION_RATE_HZ, STEP_M, TURN
+from affectsim_data.schemas import ROBOT_ACTIONS, RobotAction
 
 __all__ = [
     "ACTIONS",
@@ -16,15 +18,9 @@ __all__ = [
     "Budget",
 ]
 
-Action = Literal["move_forward", "turn_left", "turn_right", "hand_off", "stop"]
-ACTIONS: tuple[Action, ...] = get_args(Action)
+Action: TypeAlias = RobotAction
+ACTIONS: tuple[Action, ...] = ROBOT_ACTIONS
 """In the order of their numbers in the environment."""
-ACTION_RATE_HZ = 4.0
-"""Actions a second (paper, "Execution settings"); the person keeps moving meanwhile."""
-STEP_M = 0.25
-"""Length of a move forward (paper, "Execution settings")."""
-TURN = math.radians(15.0)
-"""Angle of a turn (paper, "Execution settings")."""
 PERSON_CLEARANCE_M = 0.5
 """A move is cut short this far from the pelvis of a participant, on the plan."""
 

@@ -14,10 +14,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from affectsim_data.releases.journals import JournalFile, open_journal_file
+from affectsim_data.releases.journals import JournalFile, journal_path, open_journal_file
 from affectsim_data.simulation.recording import EpisodeRecord
 
-__all__ = ["RunHeader", "RunJournal", "journal_path", "open_run_journal"]
+__all__ = ["RunHeader", "RunJournal", "open_run_journal"]
 
 _FORMAT = 1
 _MARK = "affectsim_trajectories"
@@ -33,7 +33,7 @@ class RunHeader:
     release: str
     """Where the release is; for the reader, the hash decides."""
     release_sha256: str
-    """Of its content."""
+    """Of its content, without the trajectories that it carries."""
     split: str
     """Its split, and by what it is split if not by group."""
     seed: int
@@ -48,7 +48,12 @@ class RunHeader:
         return {_MARK: _FORMAT, **dataclasses.asdict(self)}
 
     def check(self, document: Any, *, file: Path) -> None:
-        """Raises ValueError unless the first line of a journal is of this run."""
+        """Raises ValueError unless what a file says of its run is said of this one.
+
+        Args:
+            document: The first line of a journal, or the metadata of a table.
+            file: Its name, for the message.
+        """
         if not isinstance(document, dict) or document.get(_MARK) != _FORMAT:
             raise ValueError(
                 f"{file}: not a journal of trajectories; remove it, or start anew with --overwrite"
@@ -92,10 +97,7 @@ class RunJournal:
             try:
                 record = EpisodeRecord.from_json(line, policy=header.policy)
             except ValueError as error:
-                raise ValueError(
-                    f"{file.path}, line {number}: {error}; remove the file, or start anew with "
-                    "--overwrite"
-                ) from error
+                raise file.damaged(number, error) from error
             self.records[record.episode_id] = record
 
     @property
@@ -113,11 +115,6 @@ class RunJournal:
         self._file.remove()
 
 
-def journal_path(out: Path) -> Path:
-    """Where the journal of a table is while episodes are missing from it."""
-    return out.with_name(f"{out.name}.partial.jsonl")
-
-
 @contextlib.contextmanager
 def open_run_journal(out: Path, header: RunHeader, *, anew: bool) -> Iterator[RunJournal]:
     """The journal of a table, for this process alone; without a record in it, it is removed.
@@ -132,7 +129,7 @@ def open_run_journal(out: Path, header: RunHeader, *, anew: bool) -> Iterator[Ru
         ValueError: The journal is of another run, or damaged.
     """
     busy = f"{out}: another process acquires into it now; wait for it, or choose another --out"
-    with open_journal_file(journal_path(out), busy=busy) as file:
+    with open_journal_file(journal_path(out), kind="trajectories", busy=busy) as file:
         journal = RunJournal(file, header, anew=anew)
         try:
             yield journal

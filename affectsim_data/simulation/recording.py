@@ -128,9 +128,18 @@ def failures_path(out: Path) -> Path:
     return out.with_name(f"{out.stem}.failures.jsonl")
 
 
-def write_records(out: Path, records: Iterable[EpisodeRecord]) -> None:
-    """Writes the trajectories, whole or not at all; the same records give the same bytes."""
+def write_records(
+    out: Path, records: Iterable[EpisodeRecord], metadata: Mapping[bytes, bytes]
+) -> None:
+    """Writes the trajectories, whole or not at all; the same records give the same bytes.
+
+    Args:
+        out: The table.
+        records: Its episodes, in order.
+        metadata: Of its schema.
+    """
     table = pa.concat_tables([_SCHEMA.empty_table(), *(one.rows for one in records)])
+    table = table.replace_schema_metadata(dict(metadata))
     with _whole(out) as stream:
         # In one piece: where pages of the file end must not depend on who made which rows.
         pq.write_table(

@@ -17,6 +17,7 @@ from affectsim_data.observations.active import clip_start_s
 from affectsim_data.observations.still import head_camera_pose
 from affectsim_data.poses import FloatArray
 from affectsim_data.render import ClipSpec, PosedAvatar, Renderer
+from affectsim_data.schemas import Phase
 from affectsim_data.simulation.actions import ACTION_RATE_HZ, ACTIONS, Action, Budget
 from affectsim_data.simulation.moving import RobotState, after, wrapped_angle
 
@@ -24,8 +25,6 @@ __all__ = ["EpisodeRun", "Observation", "Outcome", "Phase"]
 
 _MOST_CALLS = 10**6
 """Of a planner in one step, so that the table can hold the sum over an episode."""
-Phase = Literal["search", "approach", "collect"]
-"""Before the handoff: looking for the person, or going to a view of them; after it: collecting."""
 Outcome = Literal["collected", "stopped", "actions_exhausted", "planner_calls_exhausted"]
 """How an episode ended; all but the first fall back to p_init."""
 

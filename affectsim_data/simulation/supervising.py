@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import multiprocessing
 import signal
+import time
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -21,6 +23,7 @@ from affectsim_data.simulation.acting import (
     Failed,
     Job,
     Message,
+    Note,
     act_on_request,
 )
 from affectsim_data.simulation.recording import EpisodeRecord
@@ -29,6 +32,8 @@ __all__ = ["EpisodeProcess"]
 
 _GRACE_S = 1.0
 """Beyond its time, until a policy that does not come back is ended."""
+_LOOK_S = 0.25
+"""How often the notes are read while an episode goes on; more would keep this process busy."""
 
 
 class _DiedError(Exception):
@@ -46,6 +51,7 @@ class EpisodeProcess:
         self.job = job
         self._process: BaseProcess | None = None
         self._connection: Connection | None = None
+        self._notes: Connection | None = None
 
     def record(self, place: int) -> EpisodeRecord:
         """What became of the episode at a place of the split.
@@ -67,24 +73,25 @@ class EpisodeProcess:
         raise AssertionError("not reached")
 
     def _ask(self, place: int) -> EpisodeRecord:
-        connection = self._connected()
+        connection, notes = self._connected()
         rows: list[dict[str, Any]] = []
-        patience_s: float | None = None
+        until_s = math.inf
         self._send(connection, place)
         while True:
-            message = self._receive(connection, patience_s)
-            if message is None:
-                self.close()
-                limit = f"{self.job.max_policy_time_s:g} s"
-                return self._failed(rows, place, f"took more than {limit} to decide; was ended")
+            message = self._receive(connection, _LOOK_S)
+            # Read until nothing is left, even when all is over: the next episode's follow.
+            for note in _read(notes):
+                # When it has answered, it draws, or reads a scene: that takes as long as it takes.
+                until_s = note.until_s if isinstance(note, Asking) else math.inf
+                rows += note.rows if isinstance(note, Asking) else []
             if isinstance(message, Ended):
                 return self._ended(message, place)
             if isinstance(message, Failed):
                 return self._failed(message.rows, place, message.reason)
-            patience_s = None  # it draws, or reads a scene
-            if isinstance(message, Asking):
-                rows += message.rows
-                patience_s = message.left_s + _GRACE_S
+            if time.monotonic() > until_s + _GRACE_S:
+                self.close()
+                limit = f"{self.job.max_policy_time_s:g} s"
+                return self._failed(rows, place, f"took more than {limit} to decide; was ended")
 
     def _ended(self, message: Ended, place: int) -> EpisodeRecord:
         episode_id = self.job.episodes.episode(place).episode_id
@@ -95,16 +102,20 @@ class EpisodeProcess:
         episode = self.job.episodes.episode(place)
         return EpisodeRecord.of_failure(rows, reason, episode, policy=self.job.name)
 
-    def _connected(self) -> Connection:
-        """The line to a process that is ready."""
-        if self._connection is not None:
-            return self._connection
+    def _connected(self) -> tuple[Connection, Connection]:
+        """The lines to a process that is ready: for messages and for notes."""
+        if self._connection is not None and self._notes is not None:
+            return self._connection, self._notes
         context = multiprocessing.get_context("spawn")
         self._connection, theirs = context.Pipe()
-        self._process = context.Process(target=act_on_request, args=(self.job, theirs), daemon=True)
+        self._notes, their_notes = context.Pipe(duplex=False)
+        self._process = context.Process(
+            target=act_on_request, args=(self.job, theirs, their_notes), daemon=True
+        )
         with _without_interrupts():
             self._process.start()
         theirs.close()
+        their_notes.close()
         try:
             self._receive(self._connection, None)
         except _DiedError as error:
@@ -112,7 +123,7 @@ class EpisodeProcess:
             raise ChildProcessError(
                 f"a process for {self.job.name!r} does not start: {error}"
             ) from error
-        return self._connection
+        return self._connection, self._notes
 
     def _send(self, connection: Connection, place: int) -> None:
         try:
@@ -142,13 +153,15 @@ class EpisodeProcess:
 
     def close(self) -> None:
         """Ends the process, whatever it is about."""
-        if self._connection is not None:
-            self._connection.close()
+        for line in (self._connection, self._notes):
+            if line is not None:
+                line.close()
         if self._process is not None:
-            self._process.kill()
-            self._process.join()
+            if self._process.pid is not None:  # else it did not even start
+                self._process.kill()
+                self._process.join()
             self._process.close()
-        self._process, self._connection = None, None
+        self._process, self._connection, self._notes = None, None, None
 
     def __enter__(self) -> EpisodeProcess:
         return self
@@ -160,6 +173,13 @@ class EpisodeProcess:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def _read(notes: Connection) -> Iterator[Note]:
+    """What has been written until now."""
+    with contextlib.suppress(EOFError, ConnectionResetError):  # the other line tells of the end
+        while notes.poll():
+            yield notes.recv()
 
 
 @contextlib.contextmanager

@@ -12,6 +12,7 @@ __all__ = ["CHECKS", "GROUPS"]
 _REBUILD = "build the release again"
 _FETCH = "build or fetch the release again"
 _REPORT = "the composer let it through: build again and report it if it stays"
+_RECORD = "record it again with `affectsim acquire --into-release`"
 _RECIPE = "build again with a recipe that can be met, or correct its counts"
 
 _ROWS: tuple[tuple[str, str, Level, str, str, str], ...] = (
@@ -97,6 +98,25 @@ _ROWS: tuple[tuple[str, str, Level, str, str, str], ...] = (
     ("cameras_not_inside", "cameras", "episode", "poses", "Poses in closed solids", _REPORT),
     ("monitor_room", "cameras", "episode", "rooms", "Monitor in another room", _REPORT),
     ("reference_closes", "cameras", "episode", "m", "Last step beyond the others", _REPORT),
+    ("trajectory_files", "trajectories", "asset", "problems", "Problems with a file", _RECORD),
+    ("trajectory_episodes", "trajectories", "episode", "episodes", "Not in the split", _RECORD),
+    (
+        "trajectory_values",
+        "trajectories",
+        "episode",
+        "rows",
+        "Rows no robot can make",
+        _RECORD,
+    ),
+    ("trajectory_steps", "trajectories", "episode", "rows", "Steps that do not follow", _RECORD),
+    ("trajectory_times", "trajectories", "episode", "s", "time_s off the action's end", _RECORD),
+    ("trajectory_phases", "trajectories", "episode", "rows", "Phases unlike the handoff", _RECORD),
+    ("trajectory_clip", "trajectories", "episode", "s", "What a handoff's clip lacks", _RECORD),
+    ("trajectory_start", "trajectories", "episode", "m", "First step off the start", _RECORD),
+    ("trajectory_moves", "trajectories", "episode", "m", "Way beyond the action's", _RECORD),
+    ("trajectory_turns", "trajectories", "episode", "deg", "Turn off the action's", _RECORD),
+    ("trajectory_clipped", "trajectories", "episode", "rows", "clipped unlike the move", _RECORD),
+    ("trajectory_floor", "trajectories", "episode", "m", "Robot to the navmesh", _RECORD),
     ("reference_visible", "quality", "release", "share", "Mean visible share at p_ref", _REPORT),
     ("reference_middle", "quality", "release", "share", "Frames with body in the middle", _REPORT),
     ("leakage", "quality", "release", "share", "Accuracy beyond chance", _REPORT),

@@ -35,6 +35,7 @@ from affectsim_data.builders.validation.report import ValidationReport
 from affectsim_data.builders.validation.supports import check_supports
 from affectsim_data.builders.validation.tables import Columns, Tables, read_tables
 from affectsim_data.builders.validation.tracks import Bodies
+from affectsim_data.builders.validation.trajectories import check_trajectories
 from affectsim_data.errors import IntegrityError
 from affectsim_data.releases import Release, open_release
 from affectsim_data.releases.stores import open_store
@@ -76,7 +77,7 @@ def validate_release(
     except _UNREADABLE as error:
         skipped = f"its tables cannot be read, so nothing else was checked: {error}"
         return _report(release.uri, 0, measures, skipped)
-    measures += check_tables(tables)
+    measures += [*check_tables(tables), *check_trajectories(release, tables)]
     found, quality = _check_scenes(release, tables, recipe, sample, jobs or os.cpu_count() or 1)
     measures += [*found, *check_quality(quality), *check_leakage(tables.episodes.table)]
     return _report(release.uri, len(tables.episodes), measures)

@@ -17,14 +17,10 @@ from affectsim_data.evaluation.tables.files import Columns
 from affectsim_data.evaluation.tables.predictions import combined_codes
 from affectsim_data.evaluation.tables.problems import Places, Problems, quoted
 from affectsim_data.evaluation.tables.reading import entries_where, read_table_files
-from affectsim_data.schemas import SCHEMAS
+from affectsim_data.schemas import PHASES, ROBOT_ACTIONS, SCHEMAS
 
-__all__ = ["ACTIONS", "PHASES", "Trajectories", "read_trajectories"]
+__all__ = ["Trajectories", "read_trajectories"]
 
-ACTIONS = ("move_forward", "turn_left", "turn_right", "hand_off", "stop")
-"""What a robot can do in a step."""
-PHASES = ("search", "approach", "collect")
-"""What a policy is about."""
 _COLUMNS = Columns("trajectories", required=tuple(SCHEMAS["trajectories"].names))
 _NUMBERS = ("time_s", "position_x_m", "position_y_m", "position_z_m", "yaw_deg")
 
@@ -70,7 +66,7 @@ def read_trajectories(paths: Sequence[Path]) -> Trajectories:
 
 
 def _check_words(table: pa.Table, places: Places, problems: Problems) -> None:
-    for name, words in (("action", ACTIONS), ("phase", PHASES)):
+    for name, words in (("action", ROBOT_ACTIONS), ("phase", PHASES)):
         column = table.column(name)
         known = pc.or_kleene(pc.is_null(column), pc.is_in(column, value_set=pa.array(words)))
         unknown = pc.and_(pc.invert(known), pc.not_equal(column, ""))

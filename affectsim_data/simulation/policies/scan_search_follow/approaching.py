@@ -23,7 +23,7 @@ _WATCHED_S = 3.0
 """A person is watched this long before a handoff: most of a cycle, to know where they face."""
 _CHOICES = 14
 """Views that are chosen at most."""
-_GAIN, _MORE_GAIN, _WALKER_GAIN = 0.12, 0.02, 0.4
+_GAIN, _MORE_GAIN, _WALKER_GAIN = 0.1, 0.02, 0.4
 """A view has to be worth so much more to be gone to instead, and more every time."""
 _RECONSIDER_S = 2.5
 _SURVEYED_M = 3.5
@@ -49,6 +49,7 @@ class Approach:
         turns: tuple[Action, Action] = ("turn_left", "turn_right")
         self._survey = [turns[0]] * _SURVEY + [turns[1]] * 2 * _SURVEY
         self._settled_s: float | None = None
+        self._moved_before = 0
         self._detours = 0
         self._lost_way = False
         self.planner_calls = 0
@@ -57,7 +58,7 @@ class Approach:
     def action(self) -> Action | None:
         """The next action: `hand_off` when the view is good, `None` when nobody is there."""
         senses = self._senses
-        place = senses.track.place_xz
+        place = senses.aim_xz
         if place is None:
             return None
         if self._survey and (self._lost_way or math.dist(place, senses.here) < _SURVEYED_M):
@@ -67,7 +68,7 @@ class Approach:
             self._settled_s = None
             return walked
         if self._settled_s is None:
-            self._settled_s = senses.time_s
+            self._settled_s, self._moved_before = senses.time_s, senses.num_moved
         turn = look_at(senses, place)
         if turn is not None:
             return turn
@@ -83,7 +84,9 @@ class Approach:
         senses = self._senses
         stable = senses.track.is_stable and senses.is_seen
         watched = self._settled_s is not None and senses.time_s - self._settled_s >= _WATCHED_S
-        return stable and watched and senses.is_alive
+        # Not only once, elsewhere: the looks of somebody may have gone over to a thing.
+        lives = senses.is_alive and senses.num_moved > self._moved_before
+        return stable and watched and lives
 
     def _last_thought(self) -> Action | None:
         """The first step to another view, if there is one better by far; else `None`."""
@@ -125,7 +128,7 @@ class Approach:
             return
         self._choices += 1
         self.planner_calls += 1
-        found = best_view(senses.plan, senses.here, senses.course, self._avoid)
+        found = best_view(senses.plan, senses.here, senses.course, self._avoid, senses.partner_xz)
         if found.is_poor and self._detours < _DETOURS:
             if not self._lost_way:
                 # Too little is known of the floor to say: look all around, once.
@@ -141,7 +144,7 @@ class Approach:
         if self._choices > _CHOICES:
             found = View(senses.here, 0.0, 0.0)
         kept = senses.here if self._view is None else self._view.place_xz
-        quality = float(rate_views(senses.plan, kept[None], senses.course)[0])
+        quality = float(rate_views(senses.plan, kept[None], senses.course, senses.partner_xz)[0])
         if self._view is None or found.worth > quality + self._least_gain():
             self._view = found
 

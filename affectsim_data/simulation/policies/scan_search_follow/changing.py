@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import functools
 import math
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -28,15 +30,48 @@ _NEARER, _NEARER_M = 0.02, 0.06
 """Depth that is smaller than before by this share and this much is something that came."""
 _COLOR = 28
 """Difference of a colour, of 255, that is a change of what is there and not of its light."""
+_NO_MAP = np.empty(0, np.int16)
+"""Whole pixels need no second map."""
+_Number = TypeVar("_Number", np.float32, np.uint8)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Image:
+    """A look, small."""
+
+    reach: NDArray[np.float32]
+    """Range over the floor plane, metres, `(112, 112)`."""
+    rgb: NDArray[np.uint8]
+    """`(112, 112, 3)`."""
 
 
 @dataclasses.dataclass(frozen=True)
 class _Look:
+    """What may be seen later from the same spot without being a change."""
+
     yaw: float
-    low: NDArray[np.float32]
-    """Smallest depth and colours around each pixel, `(112, 112, 4)`."""
-    high: NDArray[np.float32]
-    """The greatest."""
+    nearest: NDArray[np.float32]
+    """Range below which something came, `(112, 112)`."""
+    farthest: NDArray[np.float32]
+    """Range above which something went."""
+    darkest: NDArray[np.uint8]
+    """Colours from which on nothing changed, `(112, 112, 3)`."""
+    brightest: NDArray[np.uint8]
+    """Colours up to which nothing changed."""
+
+    @classmethod
+    def of(cls, image: _Image, yaw: float) -> _Look:
+        kernel = np.ones((3, 3), np.uint8)
+        low, high = cv2.erode(image.reach, kernel), cv2.dilate(image.reach, kernel)
+        allowed = np.full(image.rgb.shape, _COLOR, np.uint8)
+        return cls(
+            yaw,
+            np.asarray(low * (1.0 - _NEARER) - _NEARER_M, np.float32),
+            np.asarray(high * (1.0 + _NEARER) + _NEARER_M, np.float32),
+            # Both stop at the ends of the range, which no colour is beyond.
+            np.asarray(cv2.subtract(cv2.erode(image.rgb, kernel), allowed), np.uint8),
+            np.asarray(cv2.add(cv2.dilate(image.rgb, kernel), allowed), np.uint8),
+        )
 
 
 class ChangeMemory:
@@ -60,55 +95,59 @@ class ChangeMemory:
         if np.abs(here - self._spot).max() > _SPOT_M:
             self._looks.clear()
             self._spot = here.copy()
-        image = _stacked(observation)
+        image = _small(observation)
         old = [
             look
             for look in self._looks
             if abs(math.remainder(observation.yaw - look.yaw, 2 * math.pi)) <= _OVERLAP
         ][-_COMPARED:]
         masks = [_came(image, look, observation) for look in old]
-        kernel = np.ones((3, 3), np.uint8)
-        low, high = (grow(image, kernel) for grow in (cv2.erode, cv2.dilate))
-        self._looks.append(
-            _Look(observation.yaw, np.asarray(low, np.float32), np.asarray(high, np.float32))
-        )
+        self._looks.append(_Look.of(image, observation.yaw))
         return np.logical_or.reduce(masks) if masks else None
 
 
-def _stacked(observation: Observation) -> NDArray[np.float32]:
-    """Range over the floor plane and colours, `(112, 112, 4)`."""
+def _small(observation: Observation) -> _Image:
     size = (CHANGE_SIZE, CHANGE_SIZE)
     depth = cv2.resize(observation.depth, size, interpolation=cv2.INTER_NEAREST)
     rgb = cv2.resize(observation.rgb, size, interpolation=cv2.INTER_AREA)
     across, _ = _rays(observation.camera)
     # Along the ray, so that turning does not change it.
     reach = np.minimum(depth, 30.0) * np.sqrt(1.0 + across**2)
-    return np.concatenate([reach[..., None], rgb], axis=2, dtype=np.float32)
+    return _Image(np.asarray(reach, np.float32), np.asarray(rgb, np.uint8))
 
 
-def _came(image: NDArray[np.float32], look: _Look, observation: Observation) -> NDArray[np.bool_]:
+def _came(image: _Image, look: _Look, observation: Observation) -> NDArray[np.bool_]:
     """Pixels of the image that hold something an earlier look did not."""
-    across, down = _rays(observation.camera)
-    turned = observation.yaw - look.yaw
+    places, inside = _warp(observation.camera, observation.yaw - look.yaw)
+
+    def before(values: NDArray[_Number]) -> NDArray[_Number]:
+        return np.asarray(cv2.remap(values, places, _NO_MAP, cv2.INTER_NEAREST), values.dtype)
+
+    same_color = cv2.inRange(image.rgb, before(look.darkest), before(look.brightest))
+    came = (image.reach < before(look.nearest)) | (same_color == 0)
+    came &= image.reach <= before(look.farthest)
+    came &= inside
+    return np.asarray(came)
+
+
+@functools.lru_cache(maxsize=64)
+def _warp(camera: Camera, turned: float) -> tuple[NDArray[np.int16], NDArray[np.bool_]]:
+    """Where pixels were before the robot turned, `(112, 112, 2)`, and which were in the image."""
+    across, down = _rays(camera)
     ahead = across * math.sin(turned) + math.cos(turned)
-    half_x = math.tan(observation.camera.hfov / 2.0)
-    half_y = math.tan(observation.camera.vfov / 2.0)
+    half_x = math.tan(camera.hfov / 2.0)
+    half_y = math.tan(camera.vfov / 2.0)
     scale = CHANGE_SIZE / 2.0
     x = (across * math.cos(turned) - math.sin(turned)) / ahead
     u = np.broadcast_to((x / half_x + 1.0) * scale - 0.5, (CHANGE_SIZE, CHANGE_SIZE))
     v = (down[:, None] / ahead / half_y + 1.0) * scale - 0.5
     u, v = np.ascontiguousarray(u, np.float32), np.ascontiguousarray(v, np.float32)
     inside = (u > 0.5) & (u < CHANGE_SIZE - 1.5) & (v > 0.5) & (v < CHANGE_SIZE - 1.5)
-    low = cv2.remap(look.low, u, v, cv2.INTER_NEAREST)
-    high = cv2.remap(look.high, u, v, cv2.INTER_NEAREST)
-    reach = image[..., 0]
-    nearer = reach < low[..., 0] * (1.0 - _NEARER) - _NEARER_M
-    farther = reach > high[..., 0] * (1.0 + _NEARER) + _NEARER_M
-    below, above = low[..., 1:] - image[..., 1:], image[..., 1:] - high[..., 1:]
-    recolored = (np.maximum(below, above) > _COLOR).any(axis=2)
-    return np.asarray(inside & (nearer | (recolored & ~farther)))
+    places, _ = cv2.convertMaps(u, v, cv2.CV_16SC2, nninterpolation=True)
+    return np.asarray(places, np.int16), np.asarray(inside)
 
 
+@functools.lru_cache(maxsize=8)
 def _rays(camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Metres to the right and down per metre of depth, of the columns and rows, `(112,)` each."""
     along = ((np.arange(CHANGE_SIZE) + 0.5) / CHANGE_SIZE * 2.0 - 1.0).astype(np.float32)

@@ -10,7 +10,6 @@ import numpy as np
 from affectsim_data.poses import FloatArray
 from affectsim_data.simulation.policies.driving import bearing
 from affectsim_data.simulation.policies.scan_search_follow.mapping import OccupancyMap
-from affectsim_data.simulation.policies.scan_search_follow.ways import way_lengths
 
 __all__ = ["best_frontier", "nearest_frontier"]
 
@@ -68,7 +67,7 @@ def _reachable(
     plan: OccupancyMap, here: FloatArray, avoid: list[FloatArray]
 ) -> Iterator[tuple[FloatArray, float, float]]:
     """Of every border that can be reached: its nearest place, the way there, and its length."""
-    way = way_lengths(plan, here)
+    way = plan.distances_from(here)
     for frontier in plan.frontiers():
         reach = way[frontier.cells[:, 0], frontier.cells[:, 1]]
         places = plan.points(frontier.cells)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,8 +54,8 @@ class LifeSigns:
         self._views[key] = _View(observation.yaw, observation.rgb)
         self._changed = None
         if before is not None and abs(before.yaw - observation.yaw) < _SAME_YAW:
-            difference = np.abs(observation.rgb.astype(np.int16) - before.rgb)
-            self._changed = difference.max(axis=2) > _COLOR
+            difference = cv2.absdiff(observation.rgb, before.rgb)
+            self._changed = cv2.inRange(difference, (0, 0, 0), (_COLOR, _COLOR, _COLOR)) == 0
 
     def seen_in(
         self, pixels: NDArray[np.bool_] | None, bearing: float, observation: Observation
@@ -72,5 +73,5 @@ class LifeSigns:
         across = (np.arange(camera.width) + 0.5) / camera.width * 2.0 - 1.0
         columns = -np.arctan(across * math.tan(camera.hfov / 2.0))
         theirs = pixels & (np.abs(columns - bearing) < _HALF_WIDTH)
-        changed = int((theirs & self._changed).sum())
-        return changed >= max(_LEAST_PIXELS, _SHARE * float(theirs.sum()))
+        changed = int(np.count_nonzero(theirs & self._changed))
+        return changed >= max(_LEAST_PIXELS, _SHARE * int(np.count_nonzero(theirs)))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from typing import TypeVar
 
 import cv2
@@ -16,6 +17,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from affectsim_data.cameras import Camera
 from affectsim_data.poses import FloatArray
+from affectsim_data.simulation.policies.scan_search_follow.carving import (
+    FINE_CELLS,
+    FINE_M,
+    HALF_M,
+    Window,
+    fine_cells,
+    fine_flat,
+    passed_flags,
+)
+from affectsim_data.simulation.policies.scan_search_follow.costing import floor_costs
 from affectsim_data.simulation.policies.scan_search_follow.travelling import Travel
 from affectsim_data.simulation.running import Observation
 
@@ -26,27 +37,28 @@ _Cell = TypeVar("_Cell", bound=np.generic)
 
 CELL_M = 0.1
 """Side of a cell of the grids given out."""
-HALF_M = 20.0
-"""The map reaches this far from where the robot started."""
-_FINE_M = 0.05
-_FINE_CELLS = round(2 * HALF_M / _FINE_M)
 _CELLS = round(2 * HALF_M / CELL_M)
 _REACH_M = 9.0
 """Depth is believed this far: beyond it a pixel row covers more than half a metre of floor."""
 _FLOOR_M, _TOP_M, _SIGHT_M = 0.15, 1.5, 0.95
 """Heights: below the first is floor, above the second the robot fits under, and what reaches above
 the third hides the upper body of who stands behind."""
-_CARVE_STEP_M = 0.04
 _MAX_EVIDENCE = 4
 """Looks that evidence counts: as many as these undo it."""
 _HIT, _MISS = 2, -1
 _BLIND_M = 2.2
 """Down to here the floor lies below the image; rays that pass above it tell that nothing tall is
 there."""
-_BLOCKED_M = 0.11
-_BESIDE_M, _SQUEEZE_M = 0.45, 0.2
-_STOOD_M = 0.15
+_LOW_M = 0.3
+"""Things this low may stand unseen below rays that pass higher: no floor is known there."""
+_BLOCKED_M, _WARY_M = 0.11, 0.7
+"""So far around what cut a move short nobody stands, and floor that was not seen costs more."""
+_BESIDE_M = 0.45
+_STOOD_M, _STOOD_COST = 0.15, 2.0
 """The robot fits where it stood, whatever the map says; this far around."""
+_PERSON_M, _PERSON_NEAR_M, _PERSON_COST = 0.65, 0.95, 3.0
+"""So near to a person the robot does not go: their 0.5 m, and how far they may come meanwhile. And
+so near it rather does not."""
 _MIN_FRONTIER_CELLS = 3
 
 
@@ -66,7 +78,7 @@ class OccupancyMap:
     """A map of 40 x 40 m around the start; cells are unknown, free or occupied."""
 
     def __init__(self) -> None:
-        shape = (_FINE_CELLS, _FINE_CELLS)
+        shape = (FINE_CELLS, FINE_CELLS)
         self._evidence = np.zeros(shape, np.int8)
         """Positive for occupied, negative for free, 0 for unknown."""
         self._sight = np.zeros(shape, np.int8)
@@ -78,8 +90,11 @@ class OccupancyMap:
         """Where rays passed above floor that no look has shown."""
         self._beside = np.zeros((_CELLS, _CELLS), bool)
         self._blocked = np.zeros((_CELLS, _CELLS), bool)
-        self._travelable: dict[tuple[float, bool], BoolArray] = {}
-        self._travels: dict[tuple[float, bool, int, int], Travel] = {}
+        self._wary = np.zeros((_CELLS, _CELLS), bool)
+        self._people: tuple[FloatArray, ...] = ()
+        self._room: NDArray[np.float32] | None = None
+        self._costs: FloatArray | None = None
+        self._travels: dict[tuple[int, int], Travel] = {}
         self._rays: tuple[Camera, NDArray[np.float32], NDArray[np.float32]] | None = None
 
     @property
@@ -94,9 +109,7 @@ class OccupancyMap:
 
     def cells(self, points_xz: ArrayLike) -> NDArray[np.intp]:
         """Row and column of points `(..., 2)`, `(..., 2)`; points off the map count to its edge."""
-        points = np.asarray(points_xz, np.float64)
-        cells = np.floor((points[..., ::-1] + HALF_M) / CELL_M).astype(np.intp)
-        return np.clip(cells, 0, _CELLS - 1)
+        return _cells(np.asarray(points_xz, np.float64))
 
     def points(self, cells: ArrayLike) -> FloatArray:
         """Middle of cells, row and column `(..., 2)`: points `(..., 2)`."""
@@ -109,11 +122,11 @@ class OccupancyMap:
             observation: What the robot sees, and from where.
             people: Pixels that belong to people, `(height, width)`: they are no furniture.
         """
-        self._travelable.clear()
-        self._travels.clear()
+        self._room = None
+        self._forget_costs()
         here = observation.position[[0, 2]]
-        self._stood |= self._around(here, _STOOD_M)
-        self._beside |= self._around(here, _BESIDE_M)
+        self._stood[_around(here, _STOOD_M)] = True
+        self._beside[_around(here, _BESIDE_M)] = True
         across, down = self._pixel_rays(observation.camera)
         depth = observation.depth[1::2, 1::2]
         height = np.float32(observation.camera_height_m) - down[:, None] * depth
@@ -126,7 +139,8 @@ class OccupancyMap:
         ahead = np.array([-math.sin(turn), -math.cos(turn)])
         right = np.array([math.cos(turn), -math.sin(turn)])
         rays = ahead + across[:, None] * right  # (columns, 2), one metre of depth long
-        self._take_in(here, rays, depth, height, floor, solid)
+        low_m = (observation.camera_height_m - _LOW_M) / float(down[-1])
+        self._take_in(here, rays, depth, height, floor, solid, low_m)
 
     def _take_in(
         self,
@@ -136,28 +150,36 @@ class OccupancyMap:
         height: NDArray[np.float32],
         floor: BoolArray,
         solid: BoolArray,
+        low_m: float,
     ) -> None:
-        """Counts the evidence of one image; all arrays have a column per ray."""
-        occupied = _fine_indices(here, rays, depth, solid)
-        tall = _fine_indices(here, rays, depth, solid & (height >= _SIGHT_M))
-        seen = _fine_indices(here, rays, depth, floor)
+        """Counts the evidence of one image; all arrays have a column per ray.
+
+        From a depth of `low_m` metres on the image shows things of 0.3 m.
+        """
+        high = solid & (height >= _SIGHT_M)
         nearest = np.where(solid, depth, np.inf).min(axis=0)
         farthest = np.where(floor, depth, 0.0).max(axis=0)
+        nearest_high = np.where(high, depth, np.inf).min(axis=0)
         # Down to the nearest thing in its column, and not beyond the floor that is seen, a ray
-        # passes over free floor; also where the floor right before the robot is below the image.
-        passed = _passed_indices(here, rays, np.minimum(nearest - _FINE_M, farthest))
-        over = _passed_indices(here, rays, np.minimum(nearest - _FINE_M, _BLIND_M))
-        self._over.reshape(-1)[over] = True
-        nearest_tall = np.where(solid & (height >= _SIGHT_M), depth, np.inf).min(axis=0)
-        through = _passed_indices(here, rays, np.minimum(nearest_tall - _FINE_M, _REACH_M))
-        free = np.setdiff1d(seen, occupied, assume_unique=True)
-        _count(self._evidence, free, _MISS)
-        flat = self._evidence.reshape(-1)
-        _count(self._evidence, passed[flat[passed] <= 0], _MISS)
-        _count(self._evidence, occupied, _HIT)
-        self._widen(occupied, seen, passed, over)
-        _count(self._sight, np.setdiff1d(through, tall, assume_unique=True), _MISS)
-        _count(self._sight, tall, _HIT)
+        # passes over free floor; nearer than `low_m` it only passes above.
+        free_m = np.minimum(nearest - FINE_M, farthest)
+        over_m = np.minimum(nearest - FINE_M, _BLIND_M)
+        through_m = np.minimum(nearest_high - FINE_M, _REACH_M)
+        hits = fine_cells(here, rays, np.where(floor | solid, depth, np.float32(0.0)))
+        ends = np.maximum(np.maximum(free_m, over_m), np.maximum(through_m, 0.0))
+        begin = fine_cells(here, rays[:1], np.zeros(1, np.float32))
+        window = Window.around(begin, fine_cells(here, rays, ends), hits)
+        occupied, tall, seen = window.flags(hits, (solid, high, floor))
+        reaches, starts = (free_m, over_m, through_m), (low_m, 0.0, 0.0)
+        passed, over, through = passed_flags(here, rays, reaches, starts, window)
+        evidence, sight = self._evidence[window.part], self._sight[window.part]
+        _count(evidence, seen & ~occupied, _MISS)
+        _count(evidence, passed & (evidence <= 0), _MISS)
+        _count(evidence, occupied, _HIT)
+        _count(sight, through & ~tall, _MISS)
+        _count(sight, tall, _HIT)
+        self._over[window.part] |= over
+        self._widen(window, occupied | seen | passed | over)
 
     def free(self, points_xz: ArrayLike) -> BoolArray:
         """Which points `(..., 2)` are known to be free floor, `(...)`."""
@@ -174,40 +196,73 @@ class OccupancyMap:
     def unseen(self, points_xz: ArrayLike) -> BoolArray:
         """Which points `(..., 2)` no look has shown, nor passed above, `(...)`."""
         points = np.asarray(points_xz, np.float64)
-        over = self._over.reshape(-1)[_fine_flat(points)]
+        over = self._over.reshape(-1)[fine_flat(points)]
         return np.asarray(self.unknown(points) & ~over)
 
-    def block(self, place_xz: ArrayLike) -> None:
-        """Notes that the robot cannot stand at a place `(2,)`: a move there was cut short."""
-        self._travelable.clear()
-        self._travels.clear()
-        self._blocked |= self._around(np.asarray(place_xz, np.float64), _BLOCKED_M)
+    def block(self, places_xz: ArrayLike) -> None:
+        """Notes that the robot cannot stand at places `(n, 2)`: a move there was cut short."""
+        self._forget_costs()
+        for place in np.atleast_2d(np.asarray(places_xz, np.float64)):
+            self._blocked[_around(place, _BLOCKED_M)] = True
+            self._wary[_around(place, _WARY_M)] = True
 
-    def travelable(self, radius: float = 0.3, *, daring: bool = False) -> BoolArray:
-        """Cells where a robot of this radius, metres, can stand: free, and that far from things.
+    def forget_blocks(self) -> None:
+        """Forgets what cut moves short: where no way is left, one of them may do after all."""
+        self._forget_costs()
+        self._blocked[:] = False
 
-        Where it has stood it can stand again; where a move was cut short it cannot.
+    def keep_from(self, people_xz: Iterable[FloatArray]) -> None:
+        """Has ways keep from where people, `(2,)` each, are now; replaces those it kept from."""
+        self._forget_costs()
+        self._people = tuple(people_xz)
 
-        Args:
-            radius: Metres.
-            daring: Whether floor counts as free that rays only passed above.
+    def costs(self) -> FloatArray:
+        """What a metre of way costs in each cell: 1 where there is room, `inf` for no way.
+
+        Where the robot has stood it can stand again; beyond where a move was cut short it cannot.
         """
-        key = (radius, daring)
-        if key not in self._travelable:
+        if self._costs is None:
+            costs = np.full((_CELLS, _CELLS), np.inf)
+            window = self._window()
+            evidence = self._fine_window()
+            costs[window] = floor_costs(
+                evidence,
+                self._fine_part(self._over),
+                self._fine_room().reshape(evidence.shape).mean(axis=(1, 3)),
+                beside=self._beside[window],
+                wary=self._wary[window],
+            )
+            costs[self._stood] = np.minimum(costs[self._stood], _STOOD_COST)
+            costs[self._blocked] = np.inf
+            for place in self._people:
+                costs[_around(place, _PERSON_NEAR_M)] *= _PERSON_COST
+                costs[_around(place, _PERSON_M)] = np.inf
+            self._costs = costs
+        return self._costs
+
+    def room(self, points_xz: ArrayLike) -> FloatArray:
+        """Metres from points `(..., 2)` to the nearest thing known, `(...)`; some where none is."""
+        rows, columns = self._window()
+        points = np.asarray(points_xz, np.float64)
+        fine = np.floor((points + HALF_M) / FINE_M).astype(np.intp)
+        room = self._fine_room()
+        row = np.clip(fine[..., 1] - 2 * rows.start, 0, room.shape[0] - 1)
+        column = np.clip(fine[..., 0] - 2 * columns.start, 0, room.shape[1] - 1)
+        return np.asarray(room[row, column], np.float64)
+
+    def _fine_room(self) -> NDArray[np.float32]:
+        """Metres to the nearest thing, of the fine cells of the window."""
+        if self._room is None:
             blocks = self._fine_window()
             fine = blocks.reshape(2 * blocks.shape[0], 2 * blocks.shape[2])
-            room = cv2.distanceTransform((fine <= 0).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
-            open_floor = fine < 0
-            if daring:
-                over = self._fine_part(self._over).reshape(fine.shape)
-                open_floor |= (fine == 0) & over
-            room_m = (open_floor * room * _FINE_M).reshape(blocks.shape).max(axis=(1, 3))
-            # Close to where it stood the robot may squeeze through, or it could not get away.
-            least_m = np.where(self._beside[self._window()], min(radius, _SQUEEZE_M), radius)
-            grid = np.zeros((_CELLS, _CELLS), bool)
-            grid[self._window()] = room_m > least_m
-            self._travelable[key] = (grid & ~self._blocked) | self._stood
-        return self._travelable[key]
+            clear = (fine <= 0).astype(np.uint8)
+            away = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_5)
+            self._room = np.asarray(away * np.float32(FINE_M), np.float32)
+        return self._room
+
+    def _forget_costs(self) -> None:
+        self._costs = None
+        self._travels.clear()
 
     def frontiers(self) -> list[Frontier]:
         """Borders of the free floor with the unknown, the longest first."""
@@ -249,44 +304,42 @@ class OccupancyMap:
         starts, ends = np.atleast_2d(from_xz)[:, None], np.atleast_2d(to_xz)[None]
         away = ends - starts
         length = np.hypot(away[..., 0], away[..., 1])
-        steps = max(int(np.ceil(length.max(initial=0.0) / _FINE_M)), 1)
+        steps = max(int(np.ceil(length.max(initial=0.0) / FINE_M)), 1)
         along = (np.arange(steps) + 0.5) / steps
         points = starts[..., None, :] + along[:, None] * away[..., None, :]
         counts = along * length[..., None] < length[..., None] - end_gap_m
-        blocked = (self._sight.reshape(-1)[_fine_flat(points)] > 0) & counts
+        blocked = (self._sight.reshape(-1)[fine_flat(points)] > 0) & counts
         return np.asarray(~blocked.any(axis=-1))
 
-    def distances_from(
-        self, xz: ArrayLike, radius: float = 0.3, *, daring: bool = False
-    ) -> FloatArray:
-        """Metres of way from a point `(2,)` to every cell, `inf` where none is known."""
-        return self._travel(xz, radius, daring).distances
+    def distances_from(self, xz: ArrayLike) -> FloatArray:
+        """What the way from a point `(2,)` to every cell costs, `inf` where none is known."""
+        return self._travel(xz).distances
 
-    def path(
-        self, xz: ArrayLike, goal_xz: ArrayLike, radius: float = 0.3, *, daring: bool = False
-    ) -> FloatArray | None:
-        """A short way between two points, `(n, 2)`, or `None` where none is known.
+    def path(self, xz: ArrayLike, goal_xz: ArrayLike) -> FloatArray | None:
+        """The cheapest way between two points, `(n, 2)`, or `None` where none is known.
 
         The goal may lie up to half a metre off the floor a robot can stand on; the way then ends
         at the nearest cell that can be reached.
         """
-        travel = self._travel(xz, radius, daring)
-        bends = travel.path(self.cells(goal_xz))
+        bends = self._travel(xz).path(self.cells(goal_xz))
         if bends is None:
             return None
         points = self.points(bends)
         points[0] = np.asarray(xz, np.float64)
         return points
 
-    def _widen(self, *touched: NDArray[np.intp]) -> None:
-        """Notes where there is evidence, by flat indices of fine cells."""
-        for indices in touched:
-            if len(indices):
-                rows, columns = np.divmod(indices, _FINE_CELLS)
-                low = (int(rows[0]) // 2, int(columns.min()) // 2)  # indices are sorted
-                high = (int(rows[-1]) // 2, int(columns.max()) // 2)
-                self._bounds[:2] = [min(pair) for pair in zip(self._bounds[:2], low, strict=True)]
-                self._bounds[2:] = [max(pair) for pair in zip(self._bounds[2:], high, strict=True)]
+    def _widen(self, window: Window, touched: BoolArray) -> None:
+        """Notes where there is evidence."""
+        rows, columns = (np.flatnonzero(touched.any(axis=axis)) for axis in (1, 0))
+        if not len(rows):
+            return
+        top, left, bottom, right = self._bounds
+        self._bounds = [
+            min(top, (window.top + int(rows[0])) // 2),
+            min(left, (window.left + int(columns[0])) // 2),
+            max(bottom, (window.top + int(rows[-1])) // 2),
+            max(right, (window.left + int(columns[-1])) // 2),
+        ]
 
     def _window(self) -> tuple[slice, slice]:
         """Rows and columns of the cells with evidence, and one more all round."""
@@ -306,32 +359,16 @@ class OccupancyMap:
         part = grid[2 * rows.start : 2 * rows.stop, 2 * columns.start : 2 * columns.stop]
         return part.reshape(part.shape[0] // 2, 2, part.shape[1] // 2, 2)
 
-    def _travel(self, xz: ArrayLike, radius: float, daring: bool) -> Travel:
+    def _travel(self, xz: ArrayLike) -> Travel:
         row, column = self.cells(xz).tolist()
-        key = (radius, daring, row, column)
+        key = (row, column)
         if key not in self._travels:
-            grid = self.travelable(radius, daring=daring)
-            self._travels[key] = Travel(grid, (row, column), CELL_M)
+            self._travels[key] = Travel(self.costs(), key, CELL_M)
         return self._travels[key]
 
     def _at(self, points_xz: ArrayLike) -> NDArray[np.int8]:
         points = np.asarray(points_xz, np.float64)
-        return self._evidence.reshape(-1)[_fine_flat(points)]
-
-    def _around(self, place_xz: FloatArray, reach_m: float) -> BoolArray:
-        """Cells with their middle that near to a place, `(rows, columns)`."""
-        row, column = (int(value) for value in self.cells(place_xz))
-        reach = math.ceil(reach_m / CELL_M)
-        window = (
-            slice(max(row - reach, 0), row + reach + 1),
-            slice(max(column - reach, 0), column + reach + 1),
-        )
-        rows, columns = np.mgrid[window]
-        away = self.points(np.stack([rows, columns], axis=-1)) - place_xz
-        near = np.zeros((_CELLS, _CELLS), bool)
-        near[window] = np.hypot(away[..., 0], away[..., 1]) <= reach_m
-        near[row, column] = True
-        return near
+        return self._evidence.reshape(-1)[fine_flat(points)]
 
     def _pixel_rays(self, camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Metres to the right and down per metre of depth, of every other pixel."""
@@ -343,37 +380,25 @@ class OccupancyMap:
         return self._rays[1], self._rays[2]
 
 
-def _fine_flat(points: FloatArray) -> NDArray[np.intp]:
-    """Places of points `(..., 2)` in the flat fine grid, `(...)`; clipped to its edge."""
-    cells = ((points + HALF_M) * (1.0 / _FINE_M)).astype(np.intp)
-    np.clip(cells, 0, _FINE_CELLS - 1, out=cells)
-    return np.asarray(cells[..., 1] * _FINE_CELLS + cells[..., 0])
+def _count(grid: NDArray[np.int8], where: BoolArray, step: int) -> None:
+    """Adds to the evidence of some cells of a part of the grid."""
+    grid += where * np.int8(step)
+    np.clip(grid, -_MAX_EVIDENCE, _MAX_EVIDENCE, out=grid)
 
 
-def _fine_indices(
-    here: FloatArray, rays: FloatArray, depth: NDArray[np.float32], chosen: BoolArray
-) -> NDArray[np.intp]:
-    """Fine cells of the chosen pixels, each once, sorted."""
-    rows, columns = np.nonzero(chosen)
-    points = here + depth[rows, columns, None] * rays[columns]
-    return _once(_fine_flat(points))
+def _cells(points: FloatArray) -> NDArray[np.intp]:
+    cells = np.floor((points[..., ::-1] + HALF_M) / CELL_M).astype(np.intp)
+    return np.clip(cells, 0, _CELLS - 1)
 
 
-def _passed_indices(here: FloatArray, rays: FloatArray, reach: FloatArray) -> NDArray[np.intp]:
-    """Fine cells that rays pass down to a depth `(columns,)`, each once, sorted."""
-    limit = float(reach.max(initial=0.0))
-    depths = np.arange(0.0, max(limit, _CARVE_STEP_M), _CARVE_STEP_M)
-    rows, columns = np.nonzero(depths[:, None] < reach)
-    return _once(_fine_flat(here + depths[rows, None] * rays[columns]))
-
-
-def _once(indices: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Each index once, sorted; faster than `np.unique` on a bounded range."""
-    mark = np.zeros(_FINE_CELLS * _FINE_CELLS, bool)
-    mark[indices] = True
-    return np.flatnonzero(mark)
-
-
-def _count(grid: NDArray[np.int8], indices: NDArray[np.intp], step: int) -> None:
-    flat = grid.reshape(-1)
-    flat[indices] = np.clip(flat[indices] + step, -_MAX_EVIDENCE, _MAX_EVIDENCE)
+def _around(place_xz: FloatArray, reach_m: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Rows and columns of the cells with their middle that near to a place, and of its own."""
+    row, column = _cells(place_xz).tolist()
+    reach = math.ceil(reach_m / CELL_M)
+    rows = np.arange(max(row - reach, 0), min(row + reach + 1, _CELLS))
+    columns = np.arange(max(column - reach, 0), min(column + reach + 1, _CELLS))
+    x, z = ((cells + 0.5) * CELL_M - HALF_M for cells in (columns, rows))
+    near = np.hypot(x - place_xz[0], (z - place_xz[1])[:, None]) <= reach_m
+    near |= (rows == row)[:, None] & (columns == column)
+    down, along = np.nonzero(near)
+    return rows[down], columns[along]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ from torch.nn import functional
 
 from affectsim_data.cameras import Camera
 from affectsim_data.content import content_path
+from affectsim_data.weights import WeightsFile
 
 __all__ = [
     "CELLS",
@@ -39,9 +39,12 @@ WEIGHTS = "detector/person_network.safetensors"
 _CHANNELS = (16, 24, 32)
 _FAR_M = 20.0
 """Stands for a depth at which nothing was hit."""
-_FORMAT = "affectsim-person-network-1"
-_MAX_FILE_BYTES = 4 << 20
-_MAKING = "python -m affectsim_data.simulation.policies.scan_search_follow.training makes one"
+_FILE = WeightsFile(
+    network="PersonNetwork",
+    mark="affectsim-person-network-1",
+    max_bytes=4 << 20,
+    making="python -m affectsim_data.simulation.policies.scan_search_follow.training makes one",
+)
 
 
 class PersonHeat(NamedTuple):
@@ -131,65 +134,42 @@ def find_people(
     size = (INPUT_SIZE, INPUT_SIZE)
     small = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)
     near = cv2.resize(depth, size, interpolation=cv2.INTER_NEAREST)
-    images = network_images(
-        torch.from_numpy(small).permute(2, 0, 1)[None],
-        torch.from_numpy(near)[None],
-        vfov=camera.vfov,
-        camera_height_m=camera_height_m,
-    )
     # For one small image threads cost more than they give, and other processes want the cores.
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
         with torch.inference_mode():
+            images = network_images(
+                torch.from_numpy(small).permute(2, 0, 1)[None],
+                torch.from_numpy(near)[None],
+                vfov=camera.vfov,
+                camera_height_m=camera_height_m,
+            )
             logits, facing = network(images)
+            share = logits[0].sigmoid()
     finally:
         torch.set_num_threads(threads)
-    return PersonHeat(logits[0].sigmoid().numpy(), facing[0].numpy())
+    return PersonHeat(share.numpy(), facing[0].numpy())
 
 
 def save_person_network(network: PersonNetwork, path: Path, training: dict[str, object]) -> None:
     """Writes weights in half precision, and a note on how they were trained."""
-    from safetensors.torch import save_file
-
     weights = {
-        key: value.detach().cpu().half().contiguous() if value.is_floating_point() else value
+        key: value.half() if value.is_floating_point() else value
         for key, value in network.state_dict().items()
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    save_file(weights, str(path), metadata={"format": _FORMAT, "training": json.dumps(training)})
-    path.chmod(0o644)
+    _FILE.save(path, weights, training=training)
 
 
 def read_person_network(path: Path) -> PersonNetwork:
-    """Reads what `save_person_network` wrote; plain numbers in safetensors, never pickle.
+    """Reads what `save_person_network` wrote.
 
     Raises:
         FileNotFoundError: No such file.
         ValueError: Not such a file.
     """
-    from safetensors import SafetensorError, safe_open
-
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file of weights; {_MAKING}")
-    if path.stat().st_size > _MAX_FILE_BYTES:
-        raise ValueError(f"{path}: is larger than {_MAX_FILE_BYTES} bytes, so no PersonNetwork")
-    try:
-        with safe_open(str(path), framework="pt") as file:
-            metadata = file.metadata() or {}
-            weights = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118  # no mapping
-    except SafetensorError as error:
-        raise ValueError(f"{path}: must be a file in safetensors: {error}") from error
-    if metadata.get("format") != _FORMAT:
-        raise ValueError(
-            f"{path}: must be weights of a PersonNetwork ({_FORMAT}), "
-            f"got format {metadata.get('format')!r}; {_MAKING}"
-        )
     network = PersonNetwork()
-    try:
-        network.load_state_dict({key: value.float() for key, value in weights.items()})
-    except RuntimeError as error:
-        raise ValueError(f"{path}: weights do not fit the network: {error}") from error
+    _FILE.load(path, network)
     return network.eval()
 
 

@@ -12,7 +12,7 @@ from affectsim_data.simulation.policies.scan_search_follow.approaching import lo
 from affectsim_data.simulation.policies.scan_search_follow.exploring import best_frontier
 from affectsim_data.simulation.policies.scan_search_follow.senses import Senses
 from affectsim_data.simulation.policies.scan_search_follow.viewing import best_view
-from affectsim_data.simulation.policies.scan_search_follow.ways import Walk, way_lengths
+from affectsim_data.simulation.policies.scan_search_follow.ways import Walk
 
 __all__ = ["Search"]
 
@@ -106,7 +106,8 @@ class Search:
             return
         self._suspects.append(place)
         self.planner_calls += 1
-        self._goal = best_view(senses.plan, senses.here, senses.course, []).place_xz
+        found = best_view(senses.plan, senses.here, senses.course, [], senses.partner_xz)
+        self._goal = found.place_xz
         self._is_frontier = False
         self._turns_left = 0
 
@@ -133,12 +134,14 @@ class Search:
         if goal is None:
             goal = self._least_visited()
             self._avoid.clear()
+            if goal is None:
+                senses.plan.forget_blocks()
         return goal
 
     def _least_visited(self) -> FloatArray | None:
         """The reachable place farthest from all those looked around at."""
         senses = self._senses
-        way = way_lengths(senses.plan, senses.here)
+        way = senses.plan.distances_from(senses.here)
         cells = np.argwhere(np.isfinite(way))[::7]
         if not len(cells) or not self._visited:
             return None

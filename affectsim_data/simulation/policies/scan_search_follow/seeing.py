@@ -98,20 +98,22 @@ class PersonFinder:
         """Pixels of the last look that belong to people: the map leaves them out."""
         return self._pixels
 
-    def update(self, observation: Observation) -> tuple[Sighting, ...]:
-        """The people in a look, the surest first."""
+    def update(self, observation: Observation, *, compared: bool = True) -> tuple[Sighting, ...]:
+        """The people in a look, the surest first.
+
+        Args:
+            observation: The look.
+            compared: Whether it is compared with earlier ones, and kept for later ones.
+        """
+        small = _small(observation)
         heat = find_people(
-            self._network,
-            observation.rgb,
-            observation.depth,
-            observation.camera,
-            observation.camera_height_m,
+            self._network, small.rgb, small.depth, small.camera, small.camera_height_m
         )
-        changed = self._changes.changed(observation)
+        changed = self._changes.changed(small) if compared else None
         moved = np.zeros((CELLS, CELLS), np.float32) if changed is None else _in_cells(changed)
         unseen = (1.0 - heat.share) * (1.0 - np.float32(_MOVED_WEIGHT) * moved)
         evidence = np.asarray(1.0 - unseen, np.float32)
-        points = _Points.of(observation)
+        points = _Points.of(small)
         found, pixels = [], np.zeros((_SIZE, _SIZE), bool)
         for body in _bodies(evidence, points):
             sighting = _sighting(body, evidence, moved, heat, points, observation)
@@ -122,6 +124,16 @@ class PersonFinder:
         grown = cv2.dilate(pixels.astype(np.uint8), np.ones((5, 5), np.uint8))
         self._pixels = cv2.resize(grown, (shape[1], shape[0]), interpolation=cv2.INTER_NEAREST) > 0
         return _apart(sorted(found, key=lambda one: -one.confidence))
+
+
+def _small(observation: Observation) -> Observation:
+    """The same with images `(112, 112)`, which every witness wants, and the camera as it is."""
+    size = (_SIZE, _SIZE)
+    rgb = cv2.resize(observation.rgb, size, interpolation=cv2.INTER_AREA)
+    depth = cv2.resize(observation.depth, size, interpolation=cv2.INTER_NEAREST)
+    return dataclasses.replace(
+        observation, rgb=np.asarray(rgb, np.uint8), depth=np.asarray(depth, np.float32)
+    )
 
 
 def _apart(sightings: list[Sighting]) -> tuple[Sighting, ...]:
@@ -146,7 +158,8 @@ class _Points:
 
     @classmethod
     def of(cls, observation: Observation) -> _Points:
-        depth = cv2.resize(observation.depth, (_SIZE, _SIZE), interpolation=cv2.INTER_NEAREST)
+        """Those of an observation that is `_small`."""
+        depth = observation.depth
         across, down = _slopes(observation.camera)
         near = np.minimum(depth, 30.0)
         height = np.float32(observation.camera_height_m) - down[:, None] * near
@@ -192,13 +205,39 @@ def _main_depth(depth: NDArray[np.float32]) -> float:
     bins = np.bincount((depth / _DEPTH_BIN_M).astype(np.intp))
     near = np.convolve(bins, [1, 2, 1], mode="same")
     middle = (near.argmax() + 0.5) * _DEPTH_BIN_M
-    return float(np.median(depth[np.abs(depth - middle) < 1.5 * _DEPTH_BIN_M]))
+    return _median(depth[np.abs(depth - middle) < 1.5 * _DEPTH_BIN_M])
+
+
+def _median(values: NDArray[np.float32]) -> float:
+    """As `np.median`, at a fraction of its cost; `nan` for none."""
+    if not len(values):
+        return math.nan
+    below, above = (len(values) - 1) // 2, len(values) // 2
+    parted = np.partition(values, (below, above))
+    return float((parted[below] + parted[above]) * np.float32(0.5))
+
+
+def _span(values: NDArray[np.float32]) -> tuple[np.float64, np.float64]:
+    """As `np.percentile` at 3 and 97, at a fraction of its cost."""
+    ordered = np.sort(values)
+    low, high = (_between(ordered, np.float64(share)) for share in (0.03, 0.97))
+    return low, high
+
+
+def _between(ordered: NDArray[np.float32], share: np.float64) -> np.float64:
+    at = (len(ordered) - 1) * share
+    before = int(at)
+    part, low = at - before, ordered[before]
+    high = ordered[min(before + 1, len(ordered) - 1)]
+    # From the nearer side, so that both ends are met.
+    away = high - low
+    return np.float64(low + away * part if part < 0.5 else high - away * (1.0 - part))
 
 
 def _parted(body: BoolArray, points: _Points) -> list[BoolArray]:
     """One body, or two where it is too wide for one and there is a gap or a waist between them."""
     right = points.right[body]
-    low, high = np.percentile(right, [3, 97])
+    low, high = _span(right)
     if high - low < _SPLIT_WIDTH_M:
         return [body]
     counts, edges = np.histogram(right, bins=12, range=(low, high))
@@ -222,11 +261,11 @@ def _sighting(
     cells = _in_cells(body)
     right, height = points.right[body], points.height[body]
     top = float(np.percentile(height, 98))
-    low, high = np.percentile(right, [3, 97])
+    low, high = _span(right)
     width = float(high - low)
     if not (_LOWEST_TOP_M <= top <= _TALLEST_M and _NARROWEST_M <= width <= _WIDEST_M):
         return None
-    depth, across = float(np.median(points.depth[body])), float(np.median(right))
+    depth, across = _median(points.depth[body]), _median(right)
     reach = math.hypot(depth, across)
     scale = 1.0 + _SURFACE_TO_AXIS_M / reach
     place = _on_plan(observation, scale * across, scale * depth)

@@ -24,6 +24,11 @@ for every second they were not seen, and never farther. What is seen beyond is a
 _DEAD_M = 0.5
 """So near to a thing that never moved nobody is seen, unless they move."""
 _NEARER = 0.7
+_PERSON_STAYS_S = 4.0
+"""Ways keep so long from where a person was seen last."""
+_OTHER_M, _OTHERS_STAY_S = 0.6, 6.0
+_PARTNER_M, _PARTNER_LOOKS, _SURELY = 1.8, 3, 0.85
+"""Somebody seen that often that near to the person, so surely, belongs to them."""
 _CENTRAL = math.radians(20.0)
 _LIKELY, _NEAR_M = 0.75, 0.5
 """Confidence of a look from which it may be of the person who is believed, unless it is this near
@@ -58,20 +63,23 @@ class Senses:
         self.here: FloatArray = np.zeros(2)
         self.yaw = 0.0
         self.time_s = 0.0
-        self._num_moved = 0
+        self.num_moved = 0
+        """Looks in which the person moved, while the robot watched."""
         self._believed: PersonCourse | None = None
         self._dead: list[_Thing] = []
+        self._others: list[tuple[float, FloatArray]] = []
 
     def take_in(self, observation: Observation) -> None:
-        """One look."""
+        """One look; those of the collection only tell where the person is."""
+        searching = not observation.collecting
         self.here, self.yaw = observation.position[[0, 2]], observation.yaw
         self.time_s = observation.time_s
         sightings = tuple(
             one
-            for one in self._finder.update(observation)
+            for one in self._finder.update(observation, compared=searching)
             if one.moved or not any(dead.hides(one) for dead in self._dead)
         )
-        self.plan.add(observation, self._finder.person_pixels)
+        around = sightings
         if self._believed is not None:
             center, reach = self._believed.center_xz, self._believed.reach_m
             gate = min(_STRAY_M + reach + _STRAY_M_PER_S * self.unseen_s, _FARTHEST_M)
@@ -83,18 +91,25 @@ class Senses:
                     one.confidence >= _LIKELY or math.dist(one.place_xz, center) <= reach + _NEAR_M
                 )
             )
-        self._life.take_in(observation)
         before = self.track.place_xz
         self.track.update(sightings, observation)
         place = self.track.place_xz
+        self._note_others([one.place_xz for one in around if one.confidence >= _SURELY])
+        if searching:
+            self._life.take_in(observation)
+            self.plan.add(observation, self._finder.person_pixels)
+            recent = [] if place is None or self.unseen_s > _PERSON_STAYS_S else [place]
+            people = [one.place_xz for one in around if one.confidence >= _SURE_ALIVE]
+            self.plan.keep_from(people + recent)
         if place is None or not self.is_seen:
             return
         if self._believed is None and before is not None and math.dist(place, before) > _STRAY_M:
             self.course = PersonCourse()
-            self._num_moved = 0
+            self.num_moved = 0
         look = min(sightings, key=lambda one: math.dist(one.place_xz, place))
         pixels = self._finder.person_pixels
-        self._num_moved += self._life.seen_in(pixels, look.bearing, observation)
+        if searching:
+            self.num_moved += self._life.seen_in(pixels, look.bearing, observation)
         # Of a body that the border of the image cuts, the facing is a guess.
         is_whole = not look.cut and abs(look.bearing) < _CENTRAL
         facing = look.facing_yaw if is_whole else None
@@ -102,6 +117,30 @@ class Senses:
         sure = _SURE_ALIVE if self.is_alive else _SURE
         if self.track.is_stable and self.track.confidence >= sure:
             self._believed = self.course
+
+    def _note_others(self, people: list[FloatArray]) -> None:
+        """Remembers where people are who are not the one that is tracked."""
+        tracked = self.track.place_xz
+        if tracked is not None:
+            for place in people:
+                if math.dist(place, tracked) > _OTHER_M:
+                    self._others.append((self.time_s, place))
+        self._others = [one for one in self._others if one[0] > self.time_s - _OTHERS_STAY_S]
+
+    @property
+    def partner_xz(self) -> FloatArray | None:
+        """Where somebody else near to the person was in the last seconds, `(2,)`."""
+        if not len(self.course):
+            return None
+        center = self.course.center_xz
+        near = [place for _, place in self._others if math.dist(place, center) < _PARTNER_M]
+        return np.median(near, axis=0) if len(near) >= _PARTNER_LOOKS else None
+
+    @property
+    def aim_xz(self) -> FloatArray | None:
+        """Where to look: at the person, or between two; who of them matters is not known."""
+        place, partner = self.track.place_xz, self.partner_xz
+        return place if place is None or partner is None else 0.5 * (place + partner)
 
     @property
     def is_seen(self) -> bool:
@@ -126,13 +165,13 @@ class Senses:
     @property
     def is_alive(self) -> bool:
         """Whether the person moved while the robot watched: nobody stands still for long."""
-        return self._num_moved >= _ALIVE_LOOKS
+        return self.num_moved >= _ALIVE_LOOKS
 
     def forget_person(self) -> None:
         """Nobody is there; a thing that never moved is ignored from now on, until it does."""
         place = self.track.place_xz
         if not self.is_alive and place is not None:
             self._dead.append(_Thing(place, math.dist(place, self.here)))
-        self._num_moved = 0
+        self.num_moved = 0
         self.track, self.course = PersonTrack(), PersonCourse()
         self._believed = None

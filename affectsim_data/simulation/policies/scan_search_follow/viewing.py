@@ -6,13 +6,15 @@ import dataclasses
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from affectsim_data.poses import FloatArray
 from affectsim_data.simulation.policies.scan_search_follow.courses import PersonCourse
 from affectsim_data.simulation.policies.scan_search_follow.mapping import OccupancyMap
-from affectsim_data.simulation.policies.scan_search_follow.ways import way_lengths
 
 __all__ = ["View", "best_view", "rate_views"]
+
+BoolArray = NDArray[np.bool_]
 
 _RADII_M = (1.4, 1.6, 1.8, 2.0, 2.2, 2.4, 2.7, 3.0)
 _AZIMUTHS = 36
@@ -24,10 +26,15 @@ _BODY_M = 0.45
 """Sight is asked for up to here before the person, who sits or leans on something."""
 _HALF_BODY_M = 0.2
 _BODY = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]) * _HALF_BODY_M
+_HALF_PERSON_M = 0.3
+_ROOM_FOR_PAIR = 0.4
+"""Share of the way between two people that the robot keeps more."""
 _FARTHEST_M, _LEAST_SIGHT = 3.3, 0.5
+_CRAMPED_M2 = 1.0
+"""With so little floor in reach nothing can be chosen."""
 _BEFORE_M = np.arange(0.5, 1.3, 0.05)
 """Low things so far before a person hide their legs."""
-_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 1.4, 2.0, 0.3, 0.6, 0.025
+_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 1.75, 2.0, 0.3, 0.6, 0.025
 """What a view gains by each; distance and way count against it, by the metre."""
 
 
@@ -42,11 +49,15 @@ class View:
     worth: float
     """The same less what the way costs."""
     is_poor: bool = False
-    """Whether it is far off, or much of the person is hidden."""
+    """Whether it is far off, much of the person is hidden, or hardly any other could be reached."""
 
 
 def best_view(
-    plan: OccupancyMap, here: FloatArray, course: PersonCourse, avoid: list[FloatArray]
+    plan: OccupancyMap,
+    here: FloatArray,
+    course: PersonCourse,
+    avoid: list[FloatArray],
+    partner: FloatArray | None = None,
 ) -> View:
     """The view that is worth its way most; to stay where the robot is may be one.
 
@@ -55,45 +66,89 @@ def best_view(
         here: Where the robot is, `(2,)`.
         course: What is known of the person, at least one look.
         avoid: Places that could not be reached, `(2,)` each.
+        partner: Where somebody else is who belongs to them, `(2,)`.
     """
     angle = 2.0 * np.pi * np.arange(_AZIMUTHS) / _AZIMUTHS
     ring = np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    radii = np.array(_RADII_M) + _ROOM_FOR_COURSE * course.reach_m
-    places = course.center_xz + (radii[:, None, None] * ring).reshape(-1, 2)
+    center, more_m = _focus(course, partner)
+    radii = np.array(_RADII_M) + more_m
+    places = center + (radii[:, None, None] * ring).reshape(-1, 2)
     rows, columns = plan.cells(places).T
-    way = way_lengths(plan, here)[rows, columns]
+    ways = plan.distances_from(here)
+    is_cramped = np.isfinite(ways).sum() * plan.cell_m**2 < _CRAMPED_M2
+    way = ways[rows, columns]
     possible = np.isfinite(way)
     for one in avoid:
         possible &= np.hypot(*(places - one).T) > 0.4
     places = np.concatenate([here[None], places[possible]])
     way = np.concatenate([[0.0], way[possible]])
-    quality = rate_views(plan, places, course)
+    quality = rate_views(plan, places, course, partner)
     worth = quality - _WAY * way
     best = int(np.argmax(np.round(worth, 9)))
-    far = math.dist(places[best], course.center_xz) > _FARTHEST_M + course.reach_m
-    hidden = float(_sight(plan, places[best][None], course)[0]) < _LEAST_SIGHT
-    return View(places[best], float(quality[best]), float(worth[best]), far or hidden)
+    far = math.dist(places[best], center) > _FARTHEST_M + course.reach_m + more_m
+    hidden = float(_sight(plan, places[best][None], course, partner)[0]) < _LEAST_SIGHT
+    return View(
+        places[best], float(quality[best]), float(worth[best]), bool(far or hidden or is_cramped)
+    )
 
 
-def rate_views(plan: OccupancyMap, places: FloatArray, course: PersonCourse) -> FloatArray:
+def rate_views(
+    plan: OccupancyMap, places: FloatArray, course: PersonCourse, partner: FloatArray | None = None
+) -> FloatArray:
     """How good places `(n, 2)` are to look at a person from, `(n,)`: facing, sight, framing."""
-    away = places - course.center_xz
+    center, more_m = _focus(course, partner)
+    away = places - center
     distance = np.maximum(np.hypot(*away.T), 1e-6)
     # A yaw looks along (-sin, -cos) on the plan; a face is seen from where it looks to.
-    facing = course.facing
+    # Of two people it is not known whose face matters.
+    facing = course.facing * (1.0 if partner is None else 0.5)
     front = -(away[:, 0] * facing.imag + away[:, 1] * facing.real) / distance
-    sight = _sight(plan, places, course)
-    low = plan.occupied(
-        course.center_xz + _BEFORE_M[:, None] * (away / distance[:, None])[:, None]
-    ).any(axis=1)
-    off = distance - (_IDEAL_M + _ROOM_FOR_COURSE * course.reach_m)
+    sight = _sight(plan, places, course, partner)
+    low = plan.occupied(center + _BEFORE_M[:, None] * (away / distance[:, None])[:, None]).any(
+        axis=1
+    )
+    off = distance - (_IDEAL_M + more_m)
     # Too near cuts the body off, and soon; too far only makes it smaller.
     strain = np.minimum(np.where(off < 0.0, -0.9 * off, off), 2.5)
     # A face that something hides is worth no more than a back that it hides.
     return np.asarray(sight * (_SIGHT + _FACING * front) - _LOW * low - _DISTANCE * strain)
 
 
-def _sight(plan: OccupancyMap, places: FloatArray, course: PersonCourse) -> FloatArray:
-    """Share of the upper body that nothing known hides from places `(n, 2)`, `(n,)`."""
-    body = course.center_xz + _BODY
-    return np.asarray(plan.line_of_sight(places, body, end_gap_m=_BODY_M).mean(axis=1))
+def _focus(course: PersonCourse, partner: FloatArray | None) -> tuple[FloatArray, float]:
+    """What a view has in its middle, `(2,)`, and how much farther off it is than of one who stands.
+
+    Of two people either may be the one that matters, so both have to fit in.
+    """
+    more_m = _ROOM_FOR_COURSE * course.reach_m
+    if partner is None:
+        return course.center_xz, more_m
+    apart_m = math.dist(partner, course.center_xz)
+    return 0.5 * (course.center_xz + partner), more_m + _ROOM_FOR_PAIR * apart_m
+
+
+def _sight(
+    plan: OccupancyMap, places: FloatArray, course: PersonCourse, partner: FloatArray | None
+) -> FloatArray:
+    """Share of the upper body that nothing known hides from places `(n, 2)`, `(n,)`.
+
+    Of two people, the mean over both; each may hide the other.
+    """
+    people = [course.center_xz] if partner is None else [course.center_xz, partner]
+    shares = []
+    for place, other in zip(people, people[::-1], strict=True):
+        body = place + _BODY
+        seen = plan.line_of_sight(places, body, end_gap_m=_BODY_M)
+        if partner is not None:
+            seen = seen & ~_hides(other, places, body)
+        shares.append(seen.mean(axis=1))
+    return np.asarray(np.mean(shares, axis=0))
+
+
+def _hides(person: FloatArray, places: FloatArray, body: FloatArray) -> BoolArray:
+    """Whether a person `(2,)` stands between places `(n, 2)` and points `(m, 2)`, `(n, m)`."""
+    line = body - places[:, None]
+    away = person - places[:, None]
+    length2 = np.maximum((line**2).sum(axis=-1), 1e-9)
+    share = np.clip((away * line).sum(axis=-1) / length2, 0.0, 1.0)
+    off = np.linalg.norm(away - share[..., None] * line, axis=-1)
+    return np.asarray((off < _HALF_PERSON_M) & (share < 1.0))

@@ -1,4 +1,4 @@
-"""Ways over the own map: wide berths where there is room, narrow and daring ones where not."""
+"""Going along ways over the own map, and learning from moves that were cut short."""
 
 from __future__ import annotations
 
@@ -13,54 +13,23 @@ from affectsim_data.simulation.actions import STEP_M, Action
 from affectsim_data.simulation.policies.driving import drive_along
 from affectsim_data.simulation.policies.scan_search_follow.mapping import OccupancyMap
 
-__all__ = ["Walk", "find_path", "way_lengths"]
+__all__ = ["Walk"]
 
-_MANNERS = (
-    (0.45, False, 0.0),
-    (0.38, False, 1.5),
-    (0.42, True, 2.0),
-    (0.3, False, 4.0),
-    (0.34, True, 5.0),
-)
-"""Room asked for in metres, whether over floor not yet seen, and metres of way that it costs more.
-The robot's radius is 0.3 m; the map is some 0.05 m off."""
 _ARRIVED_M = 0.25
-_PLANS_A_GOAL, _BUMPS_A_GOAL = 5, 3
+_PLANS_A_GOAL, _BUMPS_A_GOAL = 6, 3
 _RETURNS_A_GOAL = 2
 _SPARE_STEPS, _STEPS_A_MOVE = 30, 3.0
 """A goal that takes more ways, bumps or steps than that is given up: the robot is stuck."""
-_SPARE_M = 0.05
-"""A move may end that much nearer to things than the way was planned for."""
 _SAME_M = 0.1
 _NEAR_M, _BESIDE_M = 0.2, 0.15
 """A corner is passed this near to it, or this near to the way that leads on from it."""
-_LEAST_M = 0.2
-"""The room a move has to have where there is no other."""
-_BUMP_M, _BUMP_REACH_M = 0.2, 0.2
-"""What cut a move short lies so far ahead of where the robot's middle ended."""
-
-
-def way_lengths(plan: OccupancyMap, here: FloatArray) -> FloatArray:
-    """Metres of way from a place `(2,)` to every cell, more where it is narrow; `inf` for none."""
-    lengths = np.full(plan.shape, np.inf)
-    for radius, daring, extra in _MANNERS:
-        found = plan.distances_from(here, radius, daring=daring) + extra
-        np.minimum(lengths, found, out=lengths)
-    return lengths
-
-
-def find_path(
-    plan: OccupancyMap, here: FloatArray, goal: FloatArray
-) -> tuple[FloatArray, float] | None:
-    """The way to a goal that `way_lengths` measured, `(n, 2)`, and the room it has, metres."""
-    row, column = plan.cells(goal)
-    costs = [
-        float(plan.distances_from(here, radius, daring=daring)[row, column]) + extra
-        for radius, daring, extra in _MANNERS
-    ]
-    radius, daring, _ = _MANNERS[int(np.argmin(costs))]
-    path = plan.path(here, goal, radius, daring=daring) if np.isfinite(min(costs)) else None
-    return None if path is None else (path, radius)
+_ROOMS_M = (0.38, 0.32, 0.25)
+"""The room a move has to end with, less where there is no other; of walls it may go away."""
+_LOOKED_AHEAD_M = 1.5
+"""A way is planned anew when something comes in it this near."""
+_BUMP_M, _BUMP_HALF_M, _BUMP_REACH_M = 0.25, 0.12, 0.2
+"""What cut a move short lies so far ahead of where the robot's middle ended, this far to both
+sides."""
 
 
 class Walk:
@@ -71,8 +40,6 @@ class Walk:
         self._path: FloatArray | None = None
         self._goal: FloatArray | None = None
         self._bumps: list[FloatArray] = []
-        self._room_m = _MANNERS[0][0]
-        self._cuts = 0
         self._plans = 0
         self._steps_left = 0
         self._bumps_left = 0
@@ -84,9 +51,11 @@ class Walk:
     def note(self, here: FloatArray, yaw: float, clipped: bool) -> None:
         """Takes in how the last move went; before anything else in a step."""
         if clipped:
-            bump = here + _BUMP_M * np.array([-math.sin(yaw), -math.cos(yaw)])
-            self._plan.block(bump)
-            self._bumps.append(bump)
+            ahead = np.array([-math.sin(yaw), -math.cos(yaw)])
+            right = np.array([math.cos(yaw), -math.sin(yaw)])
+            sides = _BUMP_HALF_M * np.array([[-1.0], [0.0], [1.0]]) * right
+            self._plan.block(here + _BUMP_M * ahead + sides)
+            self._bumps.append(here + _BUMP_M * ahead)
             self._bumps_left -= 1
             self._path = None
 
@@ -106,12 +75,12 @@ class Walk:
             return None
         self._steps_left -= 1
         for _ in range(2):
-            is_cut = self._path is None or self._num_cuts(here, self._path) > self._cuts + 1
+            is_cut = self._path is None or self._is_cut(here, self._path)
             if is_cut and not self._find(here, goal):
                 return None
             assert self._path is not None
             self._path = _ahead(here, self._path)
-            for room_m in (self._room_m - _SPARE_M, _LEAST_M):
+            for room_m in _ROOMS_M:
                 is_free = functools.partial(self._is_free, room_m)
                 action = drive_along(here, yaw, self._path, is_free=is_free)
                 if action is not None:
@@ -133,11 +102,9 @@ class Walk:
             return False
         self._plans += 1
         self.planner_calls += 1
-        found = find_path(self._plan, here, goal)
-        if found is None:
+        self._path = self._plan.path(here, goal)
+        if self._path is None:
             return False
-        self._path, self._room_m = found
-        self._cuts = self._num_cuts(here, self._path)
         if self._plans == 1:
             length_m = float(np.hypot(*np.diff(self._path, axis=0).T).sum())
             self._steps_left = _SPARE_STEPS + round(_STEPS_A_MOVE * length_m / STEP_M)
@@ -146,25 +113,30 @@ class Walk:
     def _is_free(self, room_m: float, start: FloatArray, end: FloatArray) -> bool:
         """Whether a move ends with so much room, or no less than before."""
         for bump in self._bumps:
-            if np.hypot(*(end - bump)) < min(
-                _BUMP_REACH_M, float(np.hypot(*(start - bump))) - 0.02
-            ):
+            near_m = float(np.hypot(*(start - bump)))
+            if np.hypot(*(end - bump)) < min(_BUMP_REACH_M, near_m - 0.02):
                 return False
-        around = room_m * _CIRCLE
-        return bool(self._hits(end + around) <= self._hits(start + around))
+        points = np.stack([start, 0.5 * (start + end), end])
+        cells = self._plan.cells(points)
+        possible = np.isfinite(self._plan.costs()[cells[:, 0], cells[:, 1]])
+        # From where nobody could stand the robot may go to where it can.
+        if not possible[2] or possible[0] > possible[1]:
+            return False
+        before_m, half_m, after_m = self._plan.room(points)
+        return bool(min(half_m, after_m) >= min(room_m, before_m))
 
-    def _hits(self, points: FloatArray) -> int:
-        return int(self._plan.occupied(points).sum())
-
-    def _num_cuts(self, here: FloatArray, path: FloatArray) -> int:
-        """Points of a way, 0.1 m apart, that something stands on."""
+    def _is_cut(self, here: FloatArray, path: FloatArray) -> bool:
+        """Whether nobody can go the next part of a way any more."""
         corners = np.concatenate([here[None], path])
         pieces = [
             start
             + np.linspace(0.0, 1.0, 2 + int(math.dist(start, end) / 0.1))[1:, None] * (end - start)
             for start, end in itertools.pairwise(corners)
         ]
-        return self._hits(np.concatenate(pieces))
+        points = np.concatenate(pieces)
+        points = points[np.hypot(*(points - here).T) < _LOOKED_AHEAD_M]
+        cells = self._plan.cells(points)
+        return bool(np.isinf(self._plan.costs()[cells[:, 0], cells[:, 1]]).any())
 
 
 def _ahead(here: FloatArray, path: FloatArray) -> FloatArray:
@@ -178,8 +150,3 @@ def _ahead(here: FloatArray, path: FloatArray) -> FloatArray:
             break
         path = path[1:]
     return path
-
-
-_CIRCLE = np.stack(
-    [np.sin(2.0 * np.pi * np.arange(12) / 12), np.cos(2.0 * np.pi * np.arange(12) / 12)], axis=1
-)
