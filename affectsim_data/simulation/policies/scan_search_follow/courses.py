@@ -56,11 +56,6 @@ class PersonCourse:
             self._facings.popleft()
 
     @property
-    def span_s(self) -> float:
-        """Time between the first look remembered and the last."""
-        return self._times[-1] - self._times[0] if self._times else 0.0
-
-    @property
     def center_xz(self) -> FloatArray:
         """Middle of the places, `(2,)`: of their bounds, so that standing long does not weigh."""
         places = np.array(self._places)
