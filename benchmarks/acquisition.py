@@ -20,7 +20,6 @@ import argparse
 import dataclasses
 import os
 import sys
-import time
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -118,6 +117,7 @@ def _run(
     from affectsim_data.render import process_renderer
     from affectsim_data.schemas import SCHEMAS
     from affectsim_data.simulation import EpisodeRun
+    from affectsim_data.simulation.episodes import run_episode
     from affectsim_data.simulation.policies.opening import open_policy
 
     policy, rows, seconds = open_policy(policy_name), [], 0.0
@@ -125,21 +125,9 @@ def _run(
         episode = release.episode(split, place)
         navmesh, world = release.navmesh(episode.scene_id), release.world(episode)
         run = EpisodeRun(episode, world, navmesh, process_renderer(), policy=policy.name)
-        policy.reset(run.camera, seed=0)
-        if hasattr(policy, "reveal"):
-            policy.reveal(episode, world, navmesh)
-        while run.outcome is None:
-            observation = run.observe()
-            # Of this thread alone: the machine may be shared.
-            start = time.thread_time()
-            decision = policy.act(observation)
-            seconds += time.thread_time() - start
-            run.act(
-                decision.action,
-                planner_calls=decision.planner_calls,
-                approaching=decision.approaching,
-            )
-        rows += run.rows
+        result = run_episode(run, policy, seed=0)
+        seconds += result.policy_time_s
+        rows += result.rows
     table = pa.Table.from_pylist(rows, schema=SCHEMAS["trajectories"])
     return table, 1e3 * seconds / max(len(rows), 1)
 

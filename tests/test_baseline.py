@@ -17,7 +17,7 @@ from affectsim_data.poses import FloatArray
 from affectsim_data.releases import Release, open_release
 from affectsim_data.render import process_renderer
 from affectsim_data.simulation import EpisodeRun
-from affectsim_data.simulation.actions import STEP_M, TURN, Budget
+from affectsim_data.simulation.actions import STEP_M, TURN, Action, Budget
 from affectsim_data.simulation.conformance import PolicyConformance
 from affectsim_data.simulation.episodes import run_episode
 from affectsim_data.simulation.policies import Policy
@@ -64,6 +64,18 @@ def watched(
     return course
 
 
+def circling(
+    middle: tuple[float, float], radius_m: float, *, round_s: float = 6.0, looks: int = 32
+) -> PersonCourse:
+    """A person who walks in circles and faces where they go, seen four times a second."""
+    course = PersonCourse()
+    for number in range(looks):
+        angle = 2.0 * math.pi * 0.25 * number / round_s
+        place = np.array(middle) + radius_m * np.array([math.sin(angle), math.cos(angle)])
+        course.add(0.25 * number, place, angle - math.pi / 2.0, 2.0)
+    return course
+
+
 class TestCourses:
     def test_facing_grows_surer_with_looks(self) -> None:
         short, long = (watched((0.0, 0.0), 0.5, looks=count).facing for count in (1, 20))
@@ -99,6 +111,27 @@ class TestCourses:
         assert len(course) == 1
         assert course.center_xz.tolist() == [3.0, 0.0]
 
+    def test_who_stays_about_treads_no_way(self) -> None:
+        course = watched((1.0, 2.0), 0.0)
+        course.add(6.0, np.array([1.3, 2.0]), 0.0, 2.0)
+        assert not course.walks
+        assert course.trodden_xz.shape == (0, 2)
+
+    def test_the_way_of_a_walker_is_near_to_where_they_were_seen(self) -> None:
+        course = circling((1.0, -2.0), 1.2)
+        assert course.walks
+        trodden = course.trodden_xz
+        assert np.abs(np.hypot(*(trodden - [1.0, -2.0]).T) - 1.2).max() < 0.2
+        angles = np.sort(np.arctan2(*(trodden - [1.0, -2.0]).T))
+        assert np.diff(angles, append=angles[0] + 2.0 * math.pi).max() < math.radians(35.0)
+
+    def test_the_way_of_a_walker_is_remembered_while_they_are_not_looked_at(self) -> None:
+        course = circling((0.0, 0.0), 1.2)
+        course.add(15.0, np.array([0.0, 1.2]), None, 2.0)
+        assert course.reach_m == pytest.approx(1.2, abs=0.1)
+        course.add(60.0, np.array([0.0, 1.2]), None, 2.0)
+        assert len(course) == 1
+
 
 class TestViews:
     @settings(max_examples=12)
@@ -122,6 +155,17 @@ class TestViews:
         first = best_view(hall, here, course, [])
         second = best_view(hall, here, course, [first.place_xz])
         assert math.dist(first.place_xz, second.place_xz) > 0.4
+
+    def test_of_a_walker_the_side_does_not_matter_but_their_way_does(
+        self, hall: OccupancyMap
+    ) -> None:
+        course = circling((0.0, 0.0), 1.2)
+        around = 2.8 * np.array([[0.0, 1.0], [1.0, 0.0], [0.0, -1.0], [-1.0, 0.0]])
+        assert np.ptp(rate_views(hall, around, course)) < 0.05
+        beside, off = rate_views(hall, np.array([[0.0, 1.9], [0.0, 2.8]]), course)
+        assert off > beside + 0.3
+        view = best_view(hall, np.array([0.3, 2.2]), course, [])
+        assert 2.2 < np.hypot(*view.place_xz) < 3.1
 
     def test_a_wall_between_is_worse_than_a_back(self, doorway: OccupancyMap) -> None:
         course = watched((-2.0, 0.5), 0.0)  # faces the wall, 1.5 m away
@@ -169,6 +213,16 @@ class TestWays:
         assert walk.action(here, 0.0, goal) == "move_forward"
         walk.note(here, 0.0, clipped=True)
         assert walk.action(here, 0.0, goal) in ("turn_left", "turn_right")
+
+    def test_a_walk_lets_who_walks_pass(self) -> None:
+        plan = whole_turn(box_room("hall", half=4.0), (0.0, 0.0))
+        here, goal, walker = np.zeros(2), np.array([0.0, -2.5]), np.array([0.0, -0.85])
+        walk = Walk(plan)
+        plan.keep_from([walker], [walker])
+        assert walk.action(here, 0.0, goal) != "move_forward"
+        plan.keep_from([np.array([1.5, -0.85])], [walker])
+        assert walk.action(here, 0.0, goal) in ("move_forward", "turn_left", "turn_right")
+        assert walk.planner_calls <= 3
 
     def test_a_goal_out_of_reach_is_given_up(self, hall: OccupancyMap) -> None:
         walk = Walk(hall)
@@ -239,6 +293,7 @@ class SeenTrack:
     last_seen_s: float | None = 0.0
     is_stable: bool = True
     confidence: float = 0.9
+    speed: float = 0.0
 
 
 def sensing(place: tuple[float, float] | None, *, unseen_s: float = 0.0) -> Senses:
@@ -310,6 +365,47 @@ class TestFollowing:
         assert follow(sensing((0.0, -2.0), unseen_s=1.0)) == "stop"
         assert follow(sensing((0.0, -2.0), unseen_s=3.0)) == "turn_left"
         assert follow(sensing(None)) == "turn_left"
+
+
+class TestWalkers:
+    """Who walks about is watched before a view is chosen, and let pass."""
+
+    def approaching(self, plan: OccupancyMap) -> Approach:
+        senses = sensing((0.0, -2.0))
+        senses.track.speed = 1.0  # type: ignore[misc]  # of a stand-in
+        senses.course = circling((0.0, -3.0), 1.0)
+        senses.plan = plan
+        senses.num_moved = 9
+        self.senses = senses
+        return Approach(senses, Walk(plan))
+
+    def test_they_are_watched_first(self, hall: OccupancyMap) -> None:
+        approach = self.approaching(hall)
+        actions: list[Action | None] = []
+        while approach.planner_calls == 0 and len(actions) < 100:
+            actions.append(approach.action())
+            self.senses.time_s += 0.25
+            self.senses.track.last_seen_s = self.senses.time_s  # type: ignore[misc]  # of a stand-in
+        assert 4.0 < 0.25 * len(actions) < 10.0
+        assert set(actions[:16]) <= {"turn_left", "turn_right"}
+
+    def test_no_view_is_given_up_because_they_are_in_the_way(self) -> None:
+        plan = whole_turn(box_room("corridor", half=4.0), (0.0, 0.0))
+        approach = self.approaching(plan)
+        approach._survey, approach._learn_until_s = [], 0.0
+        for _ in range(16):
+            # All around the robot: wherever it would go they are.
+            plan.keep_from(
+                [
+                    0.5 * np.array([math.sin(one), math.cos(one)])
+                    for one in np.arange(0.0, 6.3, 0.4)
+                ],
+                self.senses.course.trodden_xz,
+            )
+            assert approach.action() in ("turn_left", "turn_right")
+            self.senses.time_s += 0.25
+            self.senses.track.last_seen_s = self.senses.time_s  # type: ignore[misc]  # of a stand-in
+        assert approach._avoid == []
 
 
 def test_who_is_gone_is_searched_for_again(hall: OccupancyMap) -> None:

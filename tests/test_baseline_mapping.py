@@ -224,6 +224,23 @@ def test_ways_keep_from_people_for_as_long_as_they_are_there(plan: OccupancyMap)
     assert after == pytest.approx(before)
 
 
+def test_ways_go_round_where_somebody_walks_and_not_where_they_are_just_now(
+    plan: OccupancyMap,
+) -> None:
+    start, goal = (0.0, 2.0), (0.0, -2.0)
+    trodden = [np.array([x, 0.5]) for x in np.arange(-0.25, 1.3, 0.25)]
+    plan.keep_from([np.array([0.25, 0.5])], trodden)
+    row, column = plan.cells((0.25, 0.5))
+    assert np.isfinite(plan.costs()[row, column])
+    round_it = plan.path(start, goal)
+    assert round_it is not None
+    assert round_it[:, 0].min() < -0.5
+    plan.keep_from([np.array([-1.5, 0.5])], trodden)
+    row, column = plan.cells((-1.5, 0.5))
+    assert np.isinf(plan.costs()[row, column])
+    plan.keep_from([])
+
+
 def test_where_a_move_was_cut_short_no_way_leads_until_that_is_forgotten() -> None:
     plan = whole_turn(box_room("hall", half=3.0), (0.0, 0.0))
     row, column = plan.cells((0.0, -1.8))

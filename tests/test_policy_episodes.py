@@ -79,6 +79,22 @@ def test_an_episode_is_acted_to_its_end(small: Release) -> None:
         run_episode(run, policy, seed=0)
 
 
+def test_an_action_is_done_as_often_as_decided(small: Release) -> None:
+    policy = Scripted(
+        Decision("turn_left", planner_calls=2, num_steps=3),
+        Decision("hand_off"),
+        Decision("stop", num_steps=10_000),
+    )
+    rows = run_episode(make_run(small, policy.name), policy, seed=0).rows
+    assert [row["action"] for row in rows[:5]] == ["turn_left"] * 3 + ["hand_off", "stop"]
+    assert [row["planner_calls"] for row in rows[:4]] == [2, 2, 2, 2]
+    single = Scripted(
+        Decision("turn_left", planner_calls=2),
+        *(Decision("turn_left"), Decision("turn_left"), Decision("hand_off")),
+    )
+    assert rows == run_episode(make_run(small, policy.name), single, seed=0).rows
+
+
 def test_who_gives_up_has_stopped(small: Release) -> None:
     result = run_episode(make_run(small, "scripted"), Scripted(), seed=0)
     assert (result.outcome, len(result.rows)) == ("stopped", 1)
@@ -93,6 +109,8 @@ def test_who_gives_up_has_stopped(small: Release) -> None:
         (Decision("fly"), "action must be one of move_forward, .*, stop, got 'fly'"),  # type: ignore[arg-type]  # the point
         (Decision("stop", planner_calls=-1), "planner_calls must be a whole number from 0, got -1"),
         (Decision("stop", planner_calls=0.5), "a whole number from 0, got 0.5"),  # type: ignore[arg-type]  # the point
+        (Decision("stop", num_steps=0), "num_steps must be a whole number from 1, got 0"),
+        (Decision("stop", num_steps=True), "num_steps must be a whole number from 1, got True"),
         (Decision("stop", approaching=1), "approaching must be True or False, got 1"),  # type: ignore[arg-type]  # the point
     ],
     ids=lambda value: value if isinstance(value, str) else "",

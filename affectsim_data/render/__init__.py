@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from affectsim_data.render.backgrounds import MAX_BYTES
 from affectsim_data.render.protocol import (
     ClipSpec,
     PosedAvatar,
@@ -31,6 +32,7 @@ def open_renderer(
     *,
     device: int | None = None,
     cache_bytes: int = DEFAULT_CACHE_BYTES,
+    background_bytes: int = MAX_BYTES,
 ) -> Renderer:
     """A renderer of its own; its OpenGL context opens with the first clip.
 
@@ -39,6 +41,8 @@ def open_renderer(
         device: EGL device index; `None` for `AFFECTSIM_EGL_DEVICE`, else one of several GPUs by
             `LOCAL_RANK`, else the first that opens.
         cache_bytes: Bound on what scenes and bodies take on the device; `egl` only.
+        background_bytes: Bound on what is kept of scenes without people from still cameras; `egl`
+            only.
 
     Raises:
         ValueError: No such renderer.
@@ -46,7 +50,7 @@ def open_renderer(
     if name == "egl":
         from affectsim_data.render.rasterizer import EglRenderer
 
-        return EglRenderer(device, cache_bytes=cache_bytes)
+        return EglRenderer(device, cache_bytes=cache_bytes, max_background_bytes=background_bytes)
     if name == "pyrender":
         from affectsim_data.render.reference import PyrenderRenderer
 

@@ -183,13 +183,20 @@ class _Run:
         self._out, self._job, self._rows, self._journal = out, job, rows, journal
         self._progress = progress
         self._ids = _ids(job, rows)
-        self._scenes = dictionary_codes(job.episodes.index.column("scene_id"))[0][rows]
+        self._scenes, self._placements = (
+            dictionary_codes(job.episodes.index.column(name))[0][rows]
+            for name in ("scene_id", "placement_id")
+        )
         self.num_new = 0
 
     def units(self, jobs: int) -> list[tuple[int, ...]]:
-        """Places of the episodes that are left, scene by scene, some at a time."""
+        """Places of the episodes that are left, scene by scene, some at a time.
+
+        In a scene those that begin at the same place follow each other: what is seen of the scene
+        from there need not be drawn again.
+        """
         done = np.array([one in self._journal.records for one in self._ids], bool)
-        order = np.argsort(self._scenes, kind="stable")
+        order = np.lexsort((self._placements, self._scenes))
         left = self._rows[order[~done[order]]].tolist()
         # Small where few are left: every process shall have some of them.
         size = min(_LARGEST_UNIT, max(1, math.ceil(len(left) / (2 * jobs))))

@@ -18,7 +18,7 @@ from affectsim_data.episodes import Episode, World
 from affectsim_data.navmesh import NavMesh
 from affectsim_data.releases import Release
 from affectsim_data.releases.splits import EpisodeTable, SplitBy
-from affectsim_data.render import process_renderer
+from affectsim_data.render import Renderer, open_renderer
 from affectsim_data.simulation.episodes import PolicyError, run_episode
 from affectsim_data.simulation.policies import Decision, Policy, PrivilegedPolicy
 from affectsim_data.simulation.policies.opening import open_policy
@@ -37,6 +37,8 @@ __all__ = [
 ]
 
 _Found = TypeVar("_Found")
+_BACKGROUND_BYTES = 320 * 2**20
+"""Some 170 views of 224 x 224: robots that begin at the same place see much of the same."""
 _LONGEST_REASON = 2000
 """Characters."""
 
@@ -125,9 +127,10 @@ def act_on_request(job: Job, connection: Connection, notes: Connection) -> None:
         threading.Thread(target=_leave_with, args=(parent.sentinel,), daemon=True).start()
     try:
         policy = open_policy(job.policy)
+        renderer = open_renderer(background_bytes=_BACKGROUND_BYTES)
         connection.send("ready")
         while True:
-            message = _act(job, policy, connection.recv(), notes)
+            message = _act(job, policy, renderer, connection.recv(), notes)
             connection.send(message)
             if isinstance(message, Failed):
                 policy = open_policy(job.policy)  # whatever state the old one is in
@@ -149,14 +152,16 @@ def _send_error(connection: Connection, error: Exception) -> None:
         connection.send(Broken(RuntimeError(f"{type(error).__name__}: {error}")))
 
 
-def _act(job: Job, policy: Policy, place: int, notes: Connection) -> Ended | Failed:
+def _act(
+    job: Job, policy: Policy, renderer: Renderer, place: int, notes: Connection
+) -> Ended | Failed:
     """A whole episode."""
     episode = job.episodes.episode(place)
     run = EpisodeRun(
         episode,
         job.release.world(episode),
         job.release.navmesh(episode.scene_id),
-        process_renderer(),
+        renderer,
         policy=job.name,
     )
     kind = _WatchedPrivileged if isinstance(policy, PrivilegedPolicy) else _Watched

@@ -94,7 +94,7 @@ class _Asked:
         self._took(started)
 
     def step(self) -> None:
-        """One look, one decision, one action."""
+        """One look, one decision, its actions."""
         observation = self._run.observe()
         started = time.perf_counter()
         try:
@@ -104,11 +104,14 @@ class _Asked:
         self._took(started)
         if problem := _problem(decision):
             raise self._blame(problem)
-        self._run.act(
-            decision.action,
-            planner_calls=decision.planner_calls,
-            approaching=decision.approaching,
-        )
+        planner_calls = decision.planner_calls
+        for _ in range(decision.num_steps):
+            self._run.act(
+                decision.action, planner_calls=planner_calls, approaching=decision.approaching
+            )
+            planner_calls = 0
+            if self._run.outcome is not None:
+                break
 
     def _took(self, started: float) -> None:
         self.time_s += time.perf_counter() - started
@@ -128,11 +131,13 @@ def _problem(decision: object) -> str:
     """What is wrong with what a policy returned; empty if nothing is."""
     if not isinstance(decision, Decision):
         return f"act must return a Decision, got {decision!r}"
-    action, calls, approaching = dataclasses.astuple(decision)
+    action, calls, approaching, steps = dataclasses.astuple(decision)
     if action not in ACTIONS:
         return f"action must be one of {', '.join(ACTIONS)}, got {action!r}"
     if not isinstance(calls, int) or isinstance(calls, bool) or calls < 0:
         return f"planner_calls must be a whole number from 0, got {calls!r}"
     if not isinstance(approaching, bool):
         return f"approaching must be True or False, got {approaching!r}"
+    if not isinstance(steps, int) or isinstance(steps, bool) or steps < 1:
+        return f"num_steps must be a whole number from 1, got {steps!r}"
     return ""

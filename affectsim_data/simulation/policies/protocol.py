@@ -23,6 +23,8 @@ class Decision:
     """Calls of its planner that led to it; they count against the budget."""
     approaching: bool = False
     """Whether it goes to a view of a person it has found: the phase the trajectory tells."""
+    num_steps: int = 1
+    """The action is done so often, without a look between; the episode may end before that."""
 
 
 class Policy(Protocol):

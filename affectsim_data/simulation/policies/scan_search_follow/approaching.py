@@ -33,6 +33,11 @@ _PATIENCE_S = 10.0
 """After so long at a view without seeing a person well enough for a handoff it is given up."""
 _HEADINGS = round(2.0 * math.pi / TURN)
 _DETOURS = 6
+_LEARNED_M, _LEARNED_S, _WALKING_M_PER_S = 4.5, 5.0, 0.35
+"""Somebody so near who walks so fast is watched so long, most of a cycle, before a view is
+chosen."""
+_WAITS, _WAIT_S, _PASSES_M = 10, 1.0, 2.0
+"""Somebody so near who walks about is let pass, so often, so long each time."""
 _GONE_S = 3.0
 """Somebody not seen for so long where they should be is not there."""
 
@@ -51,6 +56,8 @@ class Approach:
         self._settled_s: float | None = None
         self._moved_before = 0
         self._detours = 0
+        self._learn_until_s: float | None = None
+        self._waits, self._wait_until_s = _WAITS, -1.0
         self._lost_way = False
         self.planner_calls = 0
         """Views chosen so far."""
@@ -61,8 +68,12 @@ class Approach:
         place = senses.aim_xz
         if place is None:
             return None
+        if self._learns():
+            return self._swayed()
         if self._survey and (self._lost_way or math.dist(place, senses.here) < _SURVEYED_M):
             return self._survey.pop(0)
+        if senses.time_s < self._wait_until_s:
+            return self._swayed()
         walked = self._walked()
         if walked is not None:
             self._settled_s = None
@@ -111,9 +122,36 @@ class Approach:
             arrived = self._walk.arrived(senses.here, self._view.place_xz)
             if arrived and math.isfinite(self._view.quality):
                 return None
+            if self._waits > 0 and self._is_in_the_way():
+                self._waits -= 1
+                self._wait_until_s = senses.time_s + _WAIT_S
+                return self._swayed()
             self._avoid.append(self._view.place_xz)
             self._view = None
         return None
+
+    def _learns(self) -> bool:
+        """Whether somebody who walks about is watched first, to know where they go."""
+        senses, place = self._senses, self._senses.track.place_xz
+        if self._learn_until_s is None:
+            near = place is not None and math.dist(place, senses.here) < _LEARNED_M
+            if not near or not (senses.course.walks or senses.track.speed > _WALKING_M_PER_S):
+                return False
+            self._learn_until_s = senses.time_s + _LEARNED_S
+        return senses.time_s < self._learn_until_s and senses.unseen_s < _GONE_S
+
+    def _is_in_the_way(self) -> bool:
+        """Whether somebody who walks about is near, to be let pass."""
+        senses = self._senses
+        place = senses.track.place_xz
+        if place is None or not senses.course.walks:
+            return False
+        return math.dist(place, senses.here) < _PASSES_M
+
+    def _swayed(self) -> Action:
+        place = self._senses.aim_xz
+        assert place is not None
+        return look_at(self._senses, place) or sway(self._senses, place)
 
     def _least_gain(self) -> float:
         """What another view has to be worth more: who walks about is seen from all sides anyway."""
@@ -143,7 +181,9 @@ class Approach:
                 return
         if self._choices > _CHOICES:
             found = View(senses.here, 0.0, 0.0)
-        kept = senses.here if self._view is None else self._view.place_xz
+        # Who has arrived compares with where they stand, not with where they meant to.
+        goes = self._view is not None and self._settled_s is None
+        kept = self._view.place_xz if self._view is not None and goes else senses.here
         quality = float(rate_views(senses.plan, kept[None], senses.course, senses.partner_xz)[0])
         if self._view is None or found.worth > quality + self._least_gain():
             self._view = found

@@ -14,8 +14,13 @@ __all__ = ["PersonCourse"]
 _NEAR_M = 2.5
 _UNKNOWN_LOOKS = 3.0
 _FACING_MEMORY_S = 7.0
+_WALKS_M = 0.4
+"""Who goes farther than this from the middle walks."""
+_APART_M = 0.25
 _MEMORY_S = 10.0
 """About as long as the longest motion cycle: after it, older looks say nothing new."""
+_LOOKS_OF_WAY, _LONGEST_MEMORY_S = 24, 25.0
+"""Of somebody who walks about at least so many are kept, for longer."""
 
 
 class PersonCourse:
@@ -50,7 +55,11 @@ class PersonCourse:
         weight = 0.0 if facing_yaw is None else min(_NEAR_M / max(distance_m, 0.1), 1.0) ** 4
         yaw = facing_yaw or 0.0
         self._facings.append((weight, complex(math.cos(yaw), math.sin(yaw))))
-        while self._times[0] < time_s - _MEMORY_S:
+        # Who walks about goes on along the same way, whether it is looked at or not.
+        least = _LOOKS_OF_WAY if self.walks else 1
+        while self._times[0] < time_s - _MEMORY_S and (
+            len(self) > least or self._times[0] < time_s - _LONGEST_MEMORY_S
+        ):
             self._times.popleft()
             self._places.popleft()
             self._facings.popleft()
@@ -66,6 +75,19 @@ class PersonCourse:
     def reach_m(self) -> float:
         """How far from the middle the person goes."""
         return float(np.hypot(*(np.array(self._places) - self.center_xz).T).max())
+
+    @property
+    def walks(self) -> bool:
+        """Whether the person goes about."""
+        return len(self) > 0 and self.reach_m > _WALKS_M
+
+    @property
+    def trodden_xz(self) -> FloatArray:
+        """Places along the way of somebody who walks, `(n, 2)`; none of who stays about."""
+        if not self.walks:
+            return np.zeros((0, 2))
+        cells = np.unique(np.round(np.array(self._places) / _APART_M), axis=0)
+        return np.asarray(cells * _APART_M)
 
     @property
     def facing(self) -> complex:

@@ -25,7 +25,7 @@ from affectsim_data.simulation.policies.scan_search_follow.evidence import (
 from affectsim_data.simulation.policies.scan_search_follow.travelling import Travel
 from affectsim_data.simulation.running import Observation
 
-__all__ = ["Frontier", "OccupancyMap"]
+__all__ = ["PERSON_M", "Frontier", "OccupancyMap"]
 
 BoolArray = NDArray[np.bool_]
 
@@ -34,9 +34,9 @@ _BLOCKED_M, _WARY_M = 0.11, 0.7
 _BESIDE_M = 0.45
 _STOOD_M, _STOOD_COST = 0.15, 2.0
 """The robot fits where it stood, whatever the map says; this far around."""
-_PERSON_M, _PERSON_NEAR_M, _PERSON_COST = 0.65, 0.95, 3.0
+PERSON_M, _PERSON_NEAR_M, _PERSON_COST = 0.65, 0.95, 3.0
 """So near to a person the robot does not go: their 0.5 m, and how far they may come meanwhile. And
-so near it rather does not."""
+so near it rather does not, nor to where they walk."""
 _MIN_FRONTIER_CELLS = 3
 
 
@@ -61,7 +61,10 @@ class OccupancyMap(Evidence):
         self._beside = np.zeros((CELLS, CELLS), bool)
         self._blocked = np.zeros((CELLS, CELLS), bool)
         self._wary = np.zeros((CELLS, CELLS), bool)
-        self._people: tuple[FloatArray, ...] = ()
+        self.people_xz: tuple[FloatArray, ...] = ()
+        """Where people are now, `(2,)` each."""
+        self._standing: tuple[FloatArray, ...] = ()
+        self._trodden: tuple[FloatArray, ...] = ()
         self._room: NDArray[np.float32] | None = None
         self._costs: FloatArray | None = None
         self._travels: dict[tuple[int, int], Travel] = {}
@@ -87,10 +90,20 @@ class OccupancyMap(Evidence):
         self._forget_costs()
         self._blocked[:] = False
 
-    def keep_from(self, people_xz: Iterable[FloatArray]) -> None:
-        """Has ways keep from where people, `(2,)` each, are now; replaces those it kept from."""
+    def keep_from(
+        self, people_xz: Iterable[FloatArray], trodden_xz: Iterable[FloatArray] = ()
+    ) -> None:
+        """Has ways keep from where people, `(2,)` each, are now; replaces those it kept from.
+
+        Ways go round places `trodden_xz` where somebody walks to and fro if they can. Where that
+        one is right now does not count: they will be gone.
+        """
         self._forget_costs()
-        self._people = tuple(people_xz)
+        self.people_xz, self._trodden = tuple(people_xz), tuple(trodden_xz)
+        walk = np.array(self._trodden).reshape(-1, 2)
+        self._standing = tuple(
+            one for one in self.people_xz if not (np.hypot(*(walk - one).T) < PERSON_M).any()
+        )
 
     def costs(self) -> FloatArray:
         """What a metre of way costs in each cell: 1 where there is room, `inf` for no way.
@@ -110,9 +123,12 @@ class OccupancyMap(Evidence):
             )
             costs[self._stood] = np.minimum(costs[self._stood], _STOOD_COST)
             costs[self._blocked] = np.inf
-            for place in self._people:
-                costs[_around(place, _PERSON_NEAR_M)] *= _PERSON_COST
-                costs[_around(place, _PERSON_M)] = np.inf
+            near = np.zeros((CELLS, CELLS), bool)
+            for place in self.people_xz + self._trodden:
+                near[_around(place, _PERSON_NEAR_M)] = True
+            costs[near] *= _PERSON_COST
+            for place in self._standing:
+                costs[_around(place, PERSON_M)] = np.inf
             self._costs = costs
         return self._costs
 

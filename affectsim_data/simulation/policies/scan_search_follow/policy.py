@@ -14,8 +14,9 @@ from affectsim_data.simulation.running import Observation
 
 __all__ = ["ScanSearchFollow"]
 
-_STILL_M_PER_S = 0.3
-"""Somebody slower than this is looked at every other time while the clip is collected."""
+_STILL_M_PER_S, _STILL_STEPS = 0.3, 3
+"""While the clip is collected, somebody slower than this is looked at once in so many steps where
+there is no need to turn."""
 
 
 class ScanSearchFollow:
@@ -29,22 +30,18 @@ class ScanSearchFollow:
         self._walk = Walk(self._senses.plan)
         self._search = Search(self._senses, self._walk, hfov=camera.hfov)
         self._approach: Approach | None = None
-        self._may_rest = False
         self._calls = 0
         self._past_calls = 0
 
     def act(self, observation: Observation) -> Decision:
         """The next action."""
         senses = self._senses
-        if observation.collecting and self._may_rest:
-            self._may_rest = False
-            return Decision("stop", approaching=True)
         senses.take_in(observation)
         if observation.collecting:
             action = follow(senses)
             still = senses.is_seen and senses.track.speed < _STILL_M_PER_S
-            self._may_rest = still and action == "stop"
-            return Decision(action, approaching=True)
+            rests = still and action == "stop"
+            return Decision(action, approaching=True, num_steps=_STILL_STEPS if rests else 1)
         self._walk.note(senses.here, senses.yaw, observation.clipped)
         if self._approach is None and senses.is_found:
             self._approach = Approach(senses, self._walk)

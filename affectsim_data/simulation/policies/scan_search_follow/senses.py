@@ -100,7 +100,7 @@ class Senses:
             self.plan.add(observation, self._finder.person_pixels)
             recent = [] if place is None or self.unseen_s > _PERSON_STAYS_S else [place]
             people = [one.place_xz for one in around if one.confidence >= _SURE_ALIVE]
-            self.plan.keep_from(people + recent)
+            self.plan.keep_from(people + recent, self.course.trodden_xz)
         if place is None or not self.is_seen:
             return
         if self._believed is None and before is not None and math.dist(place, before) > _STRAY_M:

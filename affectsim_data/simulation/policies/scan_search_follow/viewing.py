@@ -20,8 +20,10 @@ _RADII_M = (1.4, 1.6, 1.8, 2.0, 2.2, 2.4, 2.7, 3.0)
 _AZIMUTHS = 36
 _IDEAL_M = 2.2
 """From 1.2 m high and at a field of view of 60 degrees, a standing adult just fits in from here."""
-_ROOM_FOR_COURSE = 0.35
+_ROOM_FOR_COURSE = 0.05
 """Share of how far the person goes from the middle that the robot keeps more."""
+_CIRCLES_M = 0.6
+"""Where the facing of somebody who goes so far from the middle no longer counts."""
 _BODY_M = 0.45
 """Sight is asked for up to here before the person, who sits or leans on something."""
 _HALF_BODY_M = 0.2
@@ -29,6 +31,9 @@ _BODY = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 _HALF_PERSON_M = 0.3
 _ROOM_FOR_PAIR = 0.4
 """Share of the way between two people that the robot keeps more."""
+_CLOSE_M, _CLOSE = 1.5, 1.6
+"""So near to the way of somebody who walks they will not fit in; it strains that much, by the
+metre."""
 _FARTHEST_M, _LEAST_SIGHT = 3.3, 0.5
 _CRAMPED_M2 = 1.0
 """With so little floor in reach nothing can be chosen."""
@@ -87,9 +92,8 @@ def best_view(
     best = int(np.argmax(np.round(worth, 9)))
     far = math.dist(places[best], center) > _FARTHEST_M + course.reach_m + more_m
     hidden = float(_sight(plan, places[best][None], course, partner)[0]) < _LEAST_SIGHT
-    return View(
-        places[best], float(quality[best]), float(worth[best]), bool(far or hidden or is_cramped)
-    )
+    is_poor = bool(far or hidden or is_cramped)
+    return View(places[best], float(quality[best]), float(worth[best]), is_poor=is_poor)
 
 
 def rate_views(
@@ -102,6 +106,8 @@ def rate_views(
     # A yaw looks along (-sin, -cos) on the plan; a face is seen from where it looks to.
     # Of two people it is not known whose face matters.
     facing = course.facing * (1.0 if partner is None else 0.5)
+    # Who walks to and fro is seen from all sides, wherever from.
+    facing *= float(np.clip((_CIRCLES_M - course.reach_m) / (0.5 * _CIRCLES_M), 0.0, 1.0))
     front = -(away[:, 0] * facing.imag + away[:, 1] * facing.real) / distance
     sight = _sight(plan, places, course, partner)
     low = plan.occupied(center + _BEFORE_M[:, None] * (away / distance[:, None])[:, None]).any(
@@ -110,6 +116,10 @@ def rate_views(
     off = distance - (_IDEAL_M + more_m)
     # Too near cuts the body off, and soon; too far only makes it smaller.
     strain = np.minimum(np.where(off < 0.0, -0.9 * off, off), 2.5)
+    trodden = course.trodden_xz
+    if len(trodden):
+        nearest = np.hypot(*(places[:, None] - trodden).transpose(2, 0, 1)).min(axis=1)
+        strain = strain + _CLOSE * np.maximum(_CLOSE_M - nearest, 0.0)
     # A face that something hides is worth no more than a back that it hides.
     return np.asarray(sight * (_SIGHT + _FACING * front) - _LOW * low - _DISTANCE * strain)
 

@@ -11,7 +11,7 @@ import numpy as np
 from affectsim_data.poses import FloatArray
 from affectsim_data.simulation.actions import STEP_M, Action
 from affectsim_data.simulation.policies.driving import drive_along
-from affectsim_data.simulation.policies.scan_search_follow.mapping import OccupancyMap
+from affectsim_data.simulation.policies.scan_search_follow.mapping import PERSON_M, OccupancyMap
 
 __all__ = ["Walk"]
 
@@ -115,6 +115,10 @@ class Walk:
         for bump in self._bumps:
             near_m = float(np.hypot(*(start - bump)))
             if np.hypot(*(end - bump)) < min(_BUMP_REACH_M, near_m - 0.02):
+                return False
+        for person in self._plan.people_xz:
+            near_m = float(np.hypot(*(start - person)))
+            if np.hypot(*(end - person)) < min(PERSON_M, near_m - 0.02):
                 return False
         points = np.stack([start, 0.5 * (start + end), end])
         cells = self._plan.cells(points)
