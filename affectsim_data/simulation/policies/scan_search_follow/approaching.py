@@ -23,7 +23,7 @@ _WATCHED_S = 3.0
 """A person is watched this long before a handoff: most of a cycle, to know where they face."""
 _CHOICES = 14
 """Views that are chosen at most."""
-_GAIN, _MORE_GAIN, _WALKER_GAIN = 0.1, 0.02, 0.4
+_GAIN, _MORE_GAIN, _WALKER_GAIN = 0.06, 0.02, 0.3
 """A view has to be worth so much more to be gone to instead, and more every time."""
 _RECONSIDER_S = 2.5
 _SURVEYED_M = 3.5

@@ -39,7 +39,7 @@ _CRAMPED_M2 = 1.0
 """With so little floor in reach nothing can be chosen."""
 _BEFORE_M = np.arange(0.5, 1.3, 0.05)
 """Low things so far before a person hide their legs."""
-_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 1.75, 2.0, 0.3, 0.6, 0.025
+_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 1.9, 2.0, 0.3, 0.6, 0.025
 """What a view gains by each; distance and way count against it, by the metre."""
 
 
@@ -115,7 +115,7 @@ def rate_views(
     )
     off = distance - (_IDEAL_M + more_m)
     # Too near cuts the body off, and soon; too far only makes it smaller.
-    strain = np.minimum(np.where(off < 0.0, -0.9 * off, off), 2.5)
+    strain = np.minimum(np.where(off < 0.0, -1.3 * off, off), 2.5)
     trodden = course.trodden_xz
     if len(trodden):
         nearest = np.hypot(*(places[:, None] - trodden).transpose(2, 0, 1)).min(axis=1)
