@@ -15,7 +15,7 @@ from affectsim_data.simulation.policies.scan_search_follow.viewing import (
 )
 from affectsim_data.simulation.policies.scan_search_follow.ways import Walk
 
-__all__ = ["Approach", "look_at", "sway"]
+__all__ = ["Approach", "look_at", "watch"]
 
 _AIM = 0.2
 """Radians a handoff may look past the person: less than a turn, more than half of one."""
@@ -69,12 +69,12 @@ class Approach:
         if place is None:
             return None
         if self._learns():
-            return self._swayed()
+            return watch(senses, place)
         if self._survey and (self._lost_way or math.dist(place, senses.here) < _SURVEYED_M):
             return self._survey.pop(0)
         if senses.time_s < self._wait_until_s:
-            return self._swayed()
-        walked = self._walked()
+            return watch(senses, place)
+        walked = self._walked(place)
         if walked is not None:
             self._settled_s = None
             return walked
@@ -87,8 +87,8 @@ class Approach:
         if min(senses.unseen_s, settled_s) > _GONE_S or settled_s > _PATIENCE_S:
             return None
         if self._is_sure():
-            return self._last_thought() or "hand_off"
-        return sway(senses, place)
+            return self._last_thought(place) or "hand_off"
+        return watch(senses, place)
 
     def _is_sure(self) -> bool:
         """Whether there is somebody, by three of the last four looks, who lives and was watched."""
@@ -99,16 +99,17 @@ class Approach:
         lives = senses.is_alive and senses.num_moved > self._moved_before
         return stable and watched and lives
 
-    def _last_thought(self) -> Action | None:
+    def _last_thought(self, place: FloatArray) -> Action | None:
         """The first step to another view, if there is one better by far; else `None`."""
         before = self._view
         self._choose()
         if self._survey:
             return self._survey.pop(0)
-        return None if self._view is before else self._walked()
+        return None if self._view is before else self._walked(place)
 
-    def _walked(self) -> Action | None:
-        """The next action towards the view, `None` if it is reached or there is none better."""
+    def _walked(self, place: FloatArray) -> Action | None:
+        """The next action towards the view of a place, `None` if it is reached or there is none
+        better."""
         senses = self._senses
         for _ in range(3):
             if self._view is None or senses.time_s - self._chosen_s >= _RECONSIDER_S:
@@ -125,7 +126,7 @@ class Approach:
             if self._waits > 0 and self._is_in_the_way():
                 self._waits -= 1
                 self._wait_until_s = senses.time_s + _WAIT_S
-                return self._swayed()
+                return watch(senses, place)
             self._avoid.append(self._view.place_xz)
             self._view = None
         return None
@@ -147,11 +148,6 @@ class Approach:
         if place is None or not senses.course.walks:
             return False
         return math.dist(place, senses.here) < _PASSES_M
-
-    def _swayed(self) -> Action:
-        place = self._senses.aim_xz
-        assert place is not None
-        return look_at(self._senses, place) or sway(self._senses, place)
 
     def _least_gain(self) -> float:
         """What another view has to be worth more: who walks about is seen from all sides anyway."""
@@ -197,6 +193,7 @@ def look_at(senses: Senses, place_xz: FloatArray) -> Action | None:
     return "turn_left" if off > 0.0 else "turn_right"
 
 
-def sway(senses: Senses, place_xz: FloatArray) -> Action:
-    """A turn that keeps a place in sight: there is no waiting before a handoff."""
-    return "turn_left" if senses.bearing_to(place_xz) > 0.0 else "turn_right"
+def watch(senses: Senses, place_xz: FloatArray) -> Action:
+    """A turn that keeps a place in sight, to and fro: there is no waiting before a handoff."""
+    sway: Action = "turn_left" if senses.bearing_to(place_xz) > 0.0 else "turn_right"
+    return look_at(senses, place_xz) or sway

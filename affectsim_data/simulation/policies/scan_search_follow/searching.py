@@ -8,7 +8,7 @@ import numpy as np
 
 from affectsim_data.poses import FloatArray
 from affectsim_data.simulation.actions import TURN, Action
-from affectsim_data.simulation.policies.scan_search_follow.approaching import look_at, sway
+from affectsim_data.simulation.policies.scan_search_follow.approaching import look_at, watch
 from affectsim_data.simulation.policies.scan_search_follow.exploring import best_frontier
 from affectsim_data.simulation.policies.scan_search_follow.senses import Senses
 from affectsim_data.simulation.policies.scan_search_follow.viewing import best_view
@@ -95,7 +95,7 @@ class Search:
             self._doubts = 0
             self._go_and_see(place)
             return None
-        return look_at(senses, place) or sway(senses, place)
+        return watch(senses, place)
 
     def _go_and_see(self, place: FloatArray) -> None:
         """Makes somebody far away who may be a person the next goal, once; else it was nobody."""
