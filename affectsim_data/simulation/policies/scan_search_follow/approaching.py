@@ -8,6 +8,7 @@ from affectsim_data.poses import FloatArray
 from affectsim_data.simulation.actions import TURN, Action
 from affectsim_data.simulation.policies.scan_search_follow.exploring import nearest_frontier
 from affectsim_data.simulation.policies.scan_search_follow.senses import Senses
+from affectsim_data.simulation.policies.scan_search_follow.tracking import WALKING_M_PER_S
 from affectsim_data.simulation.policies.scan_search_follow.viewing import (
     View,
     best_view,
@@ -33,9 +34,8 @@ _PATIENCE_S = 10.0
 """After so long at a view without seeing a person well enough for a handoff it is given up."""
 _HEADINGS = round(2.0 * math.pi / TURN)
 _DETOURS = 6
-_LEARNED_M, _LEARNED_S, _WALKING_M_PER_S = 4.5, 5.0, 0.35
-"""Somebody so near who walks so fast is watched so long, most of a cycle, before a view is
-chosen."""
+_LEARNED_M, _LEARNED_S = 4.5, 5.0
+"""Somebody so near who walks is watched so long, most of a cycle, before a view is chosen."""
 _WAITS, _WAIT_S, _PASSES_M = 10, 1.0, 2.0
 """Somebody so near who walks about is let pass, so often, so long each time."""
 _GONE_S = 3.0
@@ -136,7 +136,7 @@ class Approach:
         senses, place = self._senses, self._senses.track.place_xz
         if self._learn_until_s is None:
             near = place is not None and math.dist(place, senses.here) < _LEARNED_M
-            if not near or not (senses.course.walks or senses.track.speed > _WALKING_M_PER_S):
+            if not near or not (senses.course.walks or senses.track.speed > WALKING_M_PER_S):
                 return False
             self._learn_until_s = senses.time_s + _LEARNED_S
         return senses.time_s < self._learn_until_s and senses.unseen_s < _GONE_S

@@ -13,7 +13,7 @@ from affectsim_data.poses import FloatArray
 from affectsim_data.simulation.policies.scan_search_follow.seeing import Sighting
 from affectsim_data.simulation.running import Observation
 
-__all__ = ["PersonTrack"]
+__all__ = ["WALKING_M_PER_S", "PersonTrack"]
 
 _LOOKS, _NEEDED = 4, 3
 """Stable: seen in so many of the last looks, all near to each other."""
@@ -31,7 +31,7 @@ _LOST_S = 8.0
 _FALSE_LOOKS = 3
 """So often not seen, though in plain view, and it was nobody."""
 _SWITCH_GAIN = 0.25
-_WALKING_M_PER_S = 0.35
+WALKING_M_PER_S = 0.35
 """Faster than this a person walks, and faces where they go."""
 
 
@@ -98,7 +98,7 @@ class PersonTrack:
         if self._looks[-1].facing_yaw is not None:
             return self._looks[-1].facing_yaw
         velocity = self._velocity()
-        if np.hypot(*velocity) >= _WALKING_M_PER_S:
+        if np.hypot(*velocity) >= WALKING_M_PER_S:
             return math.atan2(-velocity[0], -velocity[1])
         known = [look.facing_yaw for look in self._looks if look.facing_yaw is not None]
         return known[-1] if known else None

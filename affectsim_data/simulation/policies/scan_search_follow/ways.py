@@ -112,13 +112,10 @@ class Walk:
 
     def _is_free(self, room_m: float, start: FloatArray, end: FloatArray) -> bool:
         """Whether a move ends with so much room, or no less than before."""
-        for bump in self._bumps:
-            near_m = float(np.hypot(*(start - bump)))
-            if np.hypot(*(end - bump)) < min(_BUMP_REACH_M, near_m - 0.02):
-                return False
-        for person in self._plan.people_xz:
-            near_m = float(np.hypot(*(start - person)))
-            if np.hypot(*(end - person)) < min(PERSON_M, near_m - 0.02):
+        near = [(bump, _BUMP_REACH_M) for bump in self._bumps]
+        near += [(person, PERSON_M) for person in self._plan.people_xz]
+        for place, reach_m in near:
+            if math.dist(end, place) < min(reach_m, math.dist(start, place) - 0.02):
                 return False
         points = np.stack([start, 0.5 * (start + end), end])
         cells = self._plan.cells(points)
