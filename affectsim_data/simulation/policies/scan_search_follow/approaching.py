@@ -18,6 +18,9 @@ from affectsim_data.simulation.policies.scan_search_follow.ways import Walk
 
 __all__ = ["Approach", "look_at", "watch"]
 
+_ARRIVED_M = 0.18
+"""A view is reached from so near, nearer than other goals: every decimetre shows more or less of
+the feet."""
 _AIM = 0.2
 """Radians a handoff may look past the person: less than a turn, more than half of one."""
 _WATCHED_S = 3.0
@@ -65,7 +68,7 @@ class Approach:
     def action(self) -> Action | None:
         """The next action: `hand_off` when the view is good, `None` when nobody is there."""
         senses = self._senses
-        place = senses.aim_xz
+        place = senses.track.place_xz
         if place is None:
             return None
         if self._learns():
@@ -117,10 +120,12 @@ class Approach:
                 if self._survey:
                     return self._survey.pop(0)
             assert self._view is not None
-            action = self._walk.action(senses.here, senses.yaw, self._view.place_xz)
+            action = self._walk.action(
+                senses.here, senses.yaw, self._view.place_xz, within_m=_ARRIVED_M
+            )
             if action is not None:
                 return action
-            arrived = self._walk.arrived(senses.here, self._view.place_xz)
+            arrived = math.dist(senses.here, self._view.place_xz) <= _ARRIVED_M
             if arrived and math.isfinite(self._view.quality):
                 return None
             if self._waits > 0 and self._is_in_the_way():

@@ -16,7 +16,7 @@ _LOST_S = 2.0
 
 def follow(senses: Senses) -> Action:
     """The next action while the clip is collected; `stop` then waits."""
-    place = senses.aim_xz
+    place = senses.track.place_xz
     if place is None:
         return "turn_left"
     off = senses.bearing_to(place)

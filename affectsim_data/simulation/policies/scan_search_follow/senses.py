@@ -13,7 +13,10 @@ from affectsim_data.simulation.policies.scan_search_follow.courses import Person
 from affectsim_data.simulation.policies.scan_search_follow.living import LifeSigns
 from affectsim_data.simulation.policies.scan_search_follow.mapping import OccupancyMap
 from affectsim_data.simulation.policies.scan_search_follow.seeing import PersonFinder, Sighting
-from affectsim_data.simulation.policies.scan_search_follow.tracking import PersonTrack
+from affectsim_data.simulation.policies.scan_search_follow.tracking import (
+    PersonTrack,
+    turned_from,
+)
 from affectsim_data.simulation.running import Observation
 
 __all__ = ["Senses"]
@@ -26,9 +29,11 @@ _DEAD_M = 0.5
 _NEARER = 0.7
 _PERSON_STAYS_S = 4.0
 """Ways keep so long from where a person was seen last."""
-_OTHER_M, _OTHERS_STAY_S = 0.6, 6.0
+_OTHER_M, _OTHERS_STAY_S = 0.6, 15.0
 _PARTNER_M, _PARTNER_LOOKS, _SURELY = 1.8, 3, 0.85
 """Somebody seen that often that near to the person, so surely, belongs to them."""
+_CLEARLY = math.radians(3.0)
+"""Of two people the one nearer by so much to where the robot was turned at first is meant."""
 _CENTRAL = math.radians(20.0)
 _LIKELY, _NEAR_M = 0.75, 0.5
 """Confidence of a look from which it may be of the person who is believed, unless it is this near
@@ -80,17 +85,12 @@ class Senses:
             if one.moved or not any(dead.hides(one) for dead in self._dead)
         )
         around = sightings
-        if self._believed is not None:
-            center, reach = self._believed.center_xz, self._believed.reach_m
-            gate = min(_STRAY_M + reach + _STRAY_M_PER_S * self.unseen_s, _FARTHEST_M)
-            sightings = tuple(
-                one
-                for one in sightings
-                if math.dist(one.place_xz, center) <= gate
-                and (
-                    one.confidence >= _LIKELY or math.dist(one.place_xz, center) <= reach + _NEAR_M
-                )
-            )
+        other = self._other_meant(around)
+        if other is None:
+            sightings = self._theirs(around)
+        else:
+            self._turn_to_other()
+            sightings = (other,)
         before = self.track.place_xz
         self.track.update(sightings, observation)
         place = self.track.place_xz
@@ -113,9 +113,55 @@ class Senses:
         # Of a body that the border of the image cuts, the facing is a guess.
         is_whole = not look.cut and abs(look.bearing) < _CENTRAL
         facing = look.facing_yaw if is_whole else None
-        self.course.add(self.time_s, place, facing, look.distance_m)
+        height = None if look.cut else look.height_m
+        self.course.add(self.time_s, place, facing, look.distance_m, height)
         sure = _SURE_ALIVE if self.is_alive else _SURE
         if self.track.is_stable and self.track.confidence >= sure:
+            self._believed = self.course
+
+    def _theirs(self, sightings: tuple[Sighting, ...]) -> tuple[Sighting, ...]:
+        """Those that may be of the person who is believed, and not of who is with them."""
+        place, partner = self.track.place_xz, self.partner_xz
+        if place is not None and partner is not None:
+            sightings = tuple(
+                one
+                for one in sightings
+                if math.dist(one.place_xz, place) < math.dist(one.place_xz, partner)
+            )
+        if self._believed is None:
+            return sightings
+        center, reach = self._believed.center_xz, self._believed.reach_m
+        gate = min(_STRAY_M + reach + _STRAY_M_PER_S * self.unseen_s, _FARTHEST_M)
+        away = [(one, math.dist(one.place_xz, center)) for one in sightings]
+        return tuple(
+            one
+            for one, away_m in away
+            if away_m <= gate and (one.confidence >= _LIKELY or away_m <= reach + _NEAR_M)
+        )
+
+    def _other_meant(self, sightings: tuple[Sighting, ...]) -> Sighting | None:
+        """The one of two people who is meant, if it is not the one who is tracked.
+
+        An episode begins turned to whom it is about; who of two matters cannot be seen.
+        """
+        place, partner = self.track.place_xz, self.partner_xz
+        if place is None or partner is None:
+            return None
+        if turned_from(partner) + _CLEARLY > turned_from(place):
+            return None
+        near = [
+            (math.dist(one.place_xz, partner), place)
+            for place, one in enumerate(sightings)
+            if one.confidence >= _SURELY and math.dist(one.place_xz, partner) < _NEAR_M
+        ]
+        return sightings[min(near)[1]] if near else None
+
+    def _turn_to_other(self) -> None:
+        """Tracks somebody else from now on, believed as much as who was tracked before."""
+        self.num_moved = 0
+        self.track, self.course = PersonTrack(), PersonCourse()
+        self._others.clear()
+        if self._believed is not None:
             self._believed = self.course
 
     def _note_others(self, people: list[FloatArray]) -> None:
@@ -135,12 +181,6 @@ class Senses:
         center = self.course.center_xz
         near = [place for _, place in self._others if math.dist(place, center) < _PARTNER_M]
         return np.median(near, axis=0) if len(near) >= _PARTNER_LOOKS else None
-
-    @property
-    def aim_xz(self) -> FloatArray | None:
-        """Where to look: at the person, or between two; who of them matters is not known."""
-        place, partner = self.track.place_xz, self.partner_xz
-        return place if place is None or partner is None else 0.5 * (place + partner)
 
     @property
     def is_seen(self) -> bool:

@@ -13,7 +13,7 @@ from affectsim_data.poses import FloatArray
 from affectsim_data.simulation.policies.scan_search_follow.seeing import Sighting
 from affectsim_data.simulation.running import Observation
 
-__all__ = ["WALKING_M_PER_S", "PersonTrack"]
+__all__ = ["WALKING_M_PER_S", "PersonTrack", "turned_from"]
 
 _LOOKS, _NEEDED = 4, 3
 """Stable: seen in so many of the last looks, all near to each other."""
@@ -31,6 +31,8 @@ _LOST_S = 8.0
 _FALSE_LOOKS = 3
 """So often not seen, though in plain view, and it was nobody."""
 _SWITCH_GAIN = 0.25
+_ASIDE = 0.3
+"""What a radian off where the robot was turned at first counts against a sighting."""
 WALKING_M_PER_S = 0.35
 """Faster than this a person walks, and faces where they go."""
 
@@ -44,9 +46,9 @@ class _Look:
 
 
 class PersonTrack:
-    """Where one person is; which one is not known to the robot, so the surest and nearest counts.
+    """Where one person is: of several the surest and nearest, ahead of where the robot started.
 
-    In a dyad either of the two may be tracked; once begun, a track stays with its person.
+    Once begun, a track stays with its person.
     """
 
     def __init__(self) -> None:
@@ -169,5 +171,11 @@ class PersonTrack:
 
 
 def _worth(sighting: Sighting) -> float:
-    """What speaks for a sighting among several: sure, seen to move, near."""
-    return sighting.confidence + 0.2 * sighting.moved - 0.03 * sighting.distance_m
+    """What speaks for a sighting among several: sure, seen to move, near, ahead of the start."""
+    ahead = -_ASIDE * turned_from(sighting.place_xz)
+    return sighting.confidence + 0.2 * sighting.moved - 0.03 * sighting.distance_m + ahead
+
+
+def turned_from(place_xz: FloatArray) -> float:
+    """Radians between a place `(2,)` and where the robot was turned at first, seen from there."""
+    return abs(math.atan2(-place_xz[0], -place_xz[1]))

@@ -18,10 +18,11 @@ BoolArray = NDArray[np.bool_]
 
 _RADII_M = (1.4, 1.6, 1.8, 2.0, 2.2, 2.4, 2.7, 3.0)
 _AZIMUTHS = 36
-_IDEAL_M = 2.2
-"""From 1.2 m high and at a field of view of 60 degrees, a standing adult just fits in from here."""
-_ROOM_FOR_COURSE = 0.05
-"""Share of how far the person goes from the middle that the robot keeps more."""
+_IDEAL_M, _WALKER_IDEAL_M, _SEATED_MORE_M = 2.2, 2.1, 0.3
+"""From 1.2 m high and at a field of view of 60 degrees, a standing adult just fits in from here.
+Who walks about comes nearer and goes farther off; the feet of who sits are nearer by so much."""
+_SITS_M, _STANDS_M = 1.25, 1.45
+"""Mean heights of the highest point seen of people who sit and who stand."""
 _CIRCLES_M = 0.6
 """Where the facing of somebody who goes so far from the middle no longer counts."""
 _BODY_M = 0.45
@@ -29,9 +30,7 @@ _BODY_M = 0.45
 _HALF_BODY_M = 0.2
 _BODY = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]) * _HALF_BODY_M
 _HALF_PERSON_M = 0.3
-_ROOM_FOR_PAIR = 0.4
-"""Share of the way between two people that the robot keeps more."""
-_CLOSE_M, _CLOSE = 1.5, 1.6
+_CLOSE_M, _CLOSE = 1.1, 1.0
 """So near to the way of somebody who walks they will not fit in; it strains that much, by the
 metre."""
 _FARTHEST_M, _LEAST_SIGHT = 3.3, 0.5
@@ -39,7 +38,7 @@ _CRAMPED_M2 = 1.0
 """With so little floor in reach nothing can be chosen."""
 _BEFORE_M = np.arange(0.5, 1.3, 0.05)
 """Low things so far before a person hide their legs."""
-_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 1.9, 2.0, 0.3, 0.6, 0.025
+_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 2.2, 2.0, 0.3, 0.75, 0.025
 """What a view gains by each; distance and way count against it, by the metre."""
 
 
@@ -71,13 +70,12 @@ def best_view(
         here: Where the robot is, `(2,)`.
         course: What is known of the person, at least one look.
         avoid: Places that could not be reached, `(2,)` each.
-        partner: Where somebody else is who belongs to them, `(2,)`.
+        partner: Where somebody else is who belongs to them, `(2,)`: they face each other.
     """
     angle = 2.0 * np.pi * np.arange(_AZIMUTHS) / _AZIMUTHS
     ring = np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    center, more_m = _focus(course, partner)
-    radii = np.array(_RADII_M) + more_m
-    places = center + (radii[:, None, None] * ring).reshape(-1, 2)
+    center = course.center_xz
+    places = center + (np.array(_RADII_M)[:, None, None] * ring).reshape(-1, 2)
     rows, columns = plan.cells(places).T
     ways = plan.distances_from(here)
     is_cramped = np.isfinite(ways).sum() * plan.cell_m**2 < _CRAMPED_M2
@@ -90,7 +88,7 @@ def best_view(
     quality = rate_views(plan, places, course, partner)
     worth = quality - _WAY * way
     best = int(np.argmax(np.round(worth, 9)))
-    far = math.dist(places[best], center) > _FARTHEST_M + course.reach_m + more_m
+    far = math.dist(places[best], center) > _FARTHEST_M + course.reach_m
     hidden = float(_sight(plan, places[best][None], course, partner)[0]) < _LEAST_SIGHT
     is_poor = bool(far or hidden or is_cramped)
     return View(places[best], float(quality[best]), float(worth[best]), is_poor=is_poor)
@@ -100,12 +98,11 @@ def rate_views(
     plan: OccupancyMap, places: FloatArray, course: PersonCourse, partner: FloatArray | None = None
 ) -> FloatArray:
     """How good places `(n, 2)` are to look at a person from, `(n,)`: facing, sight, framing."""
-    center, more_m = _focus(course, partner)
+    center = course.center_xz
     away = places - center
     distance = np.maximum(np.hypot(*away.T), 1e-6)
     # A yaw looks along (-sin, -cos) on the plan; a face is seen from where it looks to.
-    # Of two people it is not known whose face matters.
-    facing = course.facing * (1.0 if partner is None else 0.5)
+    facing = course.facing if partner is None else _facing_partner(course, partner)
     # Who walks to and fro is seen from all sides, wherever from.
     facing *= float(np.clip((_CIRCLES_M - course.reach_m) / (0.5 * _CIRCLES_M), 0.0, 1.0))
     front = -(away[:, 0] * facing.imag + away[:, 1] * facing.real) / distance
@@ -113,9 +110,8 @@ def rate_views(
     low = plan.occupied(center + _BEFORE_M[:, None] * (away / distance[:, None])[:, None]).any(
         axis=1
     )
-    off = distance - (_IDEAL_M + more_m)
-    # Too near cuts the body off, and soon; too far only makes it smaller.
-    strain = np.minimum(np.where(off < 0.0, -1.3 * off, off), 2.5)
+    # Too near cuts the body off, too far makes it smaller.
+    strain = np.minimum(np.abs(distance - _ideal_m(course)), 2.5)
     trodden = course.trodden_xz
     if len(trodden):
         nearest = np.hypot(*(places[:, None] - trodden).transpose(2, 0, 1)).min(axis=1)
@@ -124,34 +120,31 @@ def rate_views(
     return np.asarray(sight * (_SIGHT + _FACING * front) - _LOW * low - _DISTANCE * strain)
 
 
-def _focus(course: PersonCourse, partner: FloatArray | None) -> tuple[FloatArray, float]:
-    """What a view has in its middle, `(2,)`, and how much farther off it is than of one who stands.
+def _ideal_m(course: PersonCourse) -> float:
+    """How far off a person is seen best, as far as their size in the image goes."""
+    if course.walks:
+        return _WALKER_IDEAL_M
+    height_m = _STANDS_M if course.height_m is None else course.height_m
+    sits = float(np.clip((_STANDS_M - height_m) / (_STANDS_M - _SITS_M), 0.0, 1.0))
+    return _IDEAL_M + _SEATED_MORE_M * sits
 
-    Of two people either may be the one that matters, so both have to fit in.
-    """
-    more_m = _ROOM_FOR_COURSE * course.reach_m
-    if partner is None:
-        return course.center_xz, more_m
-    apart_m = math.dist(partner, course.center_xz)
-    return 0.5 * (course.center_xz + partner), more_m + _ROOM_FOR_PAIR * apart_m
+
+def _facing_partner(course: PersonCourse, partner: FloatArray) -> complex:
+    """As `PersonCourse.facing`, of one of two: half of it is where the other is."""
+    away = partner - course.center_xz
+    length = max(float(np.hypot(*away)), 1e-6)
+    return 0.5 * (course.facing + complex(-away[1], -away[0]) / length)
 
 
 def _sight(
     plan: OccupancyMap, places: FloatArray, course: PersonCourse, partner: FloatArray | None
 ) -> FloatArray:
-    """Share of the upper body that nothing known hides from places `(n, 2)`, `(n,)`.
-
-    Of two people, the mean over both; each may hide the other.
-    """
-    people = [course.center_xz] if partner is None else [course.center_xz, partner]
-    shares = []
-    for place, other in zip(people, people[::-1], strict=True):
-        body = place + _BODY
-        seen = plan.line_of_sight(places, body, end_gap_m=_BODY_M)
-        if partner is not None:
-            seen = seen & ~_hides(other, places, body)
-        shares.append(seen.mean(axis=1))
-    return np.asarray(np.mean(shares, axis=0))
+    """Share of the upper body that nothing known hides from places `(n, 2)`, `(n,)`."""
+    body = course.center_xz + _BODY
+    seen = plan.line_of_sight(places, body, end_gap_m=_BODY_M)
+    if partner is not None:
+        seen = seen & ~_hides(partner, places, body)
+    return np.asarray(seen.mean(axis=1))
 
 
 def _hides(person: FloatArray, places: FloatArray, body: FloatArray) -> BoolArray:

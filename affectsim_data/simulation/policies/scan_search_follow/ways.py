@@ -16,6 +16,7 @@ from affectsim_data.simulation.policies.scan_search_follow.mapping import PERSON
 __all__ = ["Walk"]
 
 _ARRIVED_M = 0.25
+"""A place is as good as a goal from which it is no farther."""
 _PLANS_A_GOAL, _BUMPS_A_GOAL = 6, 3
 _RETURNS_A_GOAL = 2
 _SPARE_STEPS, _STEPS_A_MOVE = 30, 3.0
@@ -59,13 +60,11 @@ class Walk:
             self._bumps_left -= 1
             self._path = None
 
-    def arrived(self, here: FloatArray, goal: FloatArray) -> bool:
-        """Whether a place is as good as the goal."""
-        return float(np.hypot(*(goal - here))) <= _ARRIVED_M
-
-    def action(self, here: FloatArray, yaw: float, goal: FloatArray) -> Action | None:
+    def action(
+        self, here: FloatArray, yaw: float, goal: FloatArray, *, within_m: float = _ARRIVED_M
+    ) -> Action | None:
         """The next action on the way to a goal, `None` if there is none: arrived, or no way."""
-        if self.arrived(here, goal):
+        if math.dist(here, goal) <= within_m:
             return None
         if self._goal is None or not np.array_equal(goal, self._goal):
             self._goal, self._path = goal, None
