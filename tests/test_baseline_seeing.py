@@ -14,6 +14,7 @@ from affectsim_data.cameras import Camera
 from affectsim_data.content import content_path
 from affectsim_data.poses import FloatArray
 from affectsim_data.releases import Release, open_release
+from affectsim_data.simulation.policies.scan_search_follow.bodies import median, span
 from affectsim_data.simulation.policies.scan_search_follow.changing import ChangeMemory
 from affectsim_data.simulation.policies.scan_search_follow.person_network import (
     CELLS,
@@ -33,8 +34,6 @@ from affectsim_data.simulation.policies.scan_search_follow.person_views import (
 from affectsim_data.simulation.policies.scan_search_follow.seeing import (
     PersonFinder,
     Sighting,
-    _median,
-    _span,
 )
 from affectsim_data.simulation.policies.scan_search_follow.tracking import PersonTrack
 from affectsim_data.simulation.policies.scan_search_follow.training import train_person_network
@@ -135,9 +134,9 @@ def test_medians_and_spans_are_those_of_numpy_to_the_last_bit(decimals: int) -> 
     rng = np.random.default_rng(0)
     for count in [1, 2, 3, *rng.integers(12, 2000, 200).tolist()]:
         values = rng.normal(1.0, 1.0, count).round(decimals).astype(np.float32)
-        assert _median(values) == float(np.median(values))
-        assert _span(values) == tuple(np.percentile(values, [3, 97]))
-    assert math.isnan(_median(np.zeros(0, np.float32)))
+        assert median(values) == float(np.median(values))
+        assert span(values) == tuple(np.percentile(values, [3, 97]))
+    assert math.isnan(median(np.zeros(0, np.float32)))
 
 
 def test_the_first_look_has_nothing_to_compare() -> None:
