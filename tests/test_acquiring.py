@@ -22,6 +22,7 @@ from affectsim_data.releases.journals import journal_path, open_journal_file
 from affectsim_data.schemas import SCHEMAS
 from affectsim_data.simulation.acquiring import acquire
 from affectsim_data.simulation.acting import Job
+from affectsim_data.simulation.intake import work_units
 from affectsim_data.simulation.journal import RunHeader, RunJournal, open_run_journal
 from affectsim_data.simulation.recording import EpisodeRecord, failures_path
 
@@ -311,3 +312,27 @@ def test_files_that_are_no_journals_are_refused_and_kept(tmp_path: Path) -> None
     with open_run_journal(out, HEADER, anew=True) as journal:
         assert journal.records == {}
     assert not path.exists()  # nothing in it
+
+
+class TestWorkUnits:
+    rows = np.arange(100, 120)
+    scenes = np.array([1, 0] * 10)
+    placements = np.array([5, 2, 3, 4, 5, 4, 3, 2, 5, 4] * 2)
+
+    def units(self, jobs: int = 1) -> list[tuple[int, ...]]:
+        return work_units(self.rows, self.scenes, self.placements, jobs=jobs)
+
+    def test_every_episode_is_in_one_unit(self) -> None:
+        assert sorted(row for unit in self.units() for row in unit) == self.rows.tolist()
+
+    def test_scenes_and_within_them_places_follow_each_other(self) -> None:
+        order = np.array([row for unit in self.units() for row in unit]) - 100
+        kinds = [(self.scenes[at], self.placements[at]) for at in order]
+        assert kinds == sorted(kinds)
+        assert (np.diff(order[10:14]) > 0).all()  # of the same place in the order of the split
+
+    def test_every_process_gets_some_of_a_few(self) -> None:
+        few = work_units(self.rows[:5], self.scenes[:5], self.placements[:5], jobs=2)
+        assert len(few) >= 2
+        assert max(map(len, self.units(jobs=1))) == 4
+        assert work_units(self.rows[:0], self.scenes[:0], self.placements[:0], jobs=2) == []

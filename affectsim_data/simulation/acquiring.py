@@ -6,16 +6,10 @@ import dataclasses
 import functools
 import math
 import os
-import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-
-import numpy as np
-import pyarrow as pa
-from numpy.typing import NDArray
-from tqdm import tqdm
 
 from affectsim_data.engines import EngineName, open_engine
 from affectsim_data.engines.code import code_fingerprint
@@ -25,10 +19,11 @@ from affectsim_data.releases.joined_splits import split_title
 from affectsim_data.releases.journals import journal_path
 from affectsim_data.releases.recorded import sha256_without_trajectories
 from affectsim_data.releases.selection import select_rows
-from affectsim_data.releases.splits import SplitBy, dictionary_codes
+from affectsim_data.releases.splits import SplitBy
 from affectsim_data.simulation.acting import Job
 from affectsim_data.simulation.finished import finished_run, run_metadata
-from affectsim_data.simulation.journal import RunHeader, RunJournal, open_run_journal
+from affectsim_data.simulation.intake import Intake, episode_ids
+from affectsim_data.simulation.journal import RunHeader, open_run_journal
 from affectsim_data.simulation.policies.opening import open_policy
 from affectsim_data.simulation.recording import (
     Ending,
@@ -42,8 +37,6 @@ __all__ = ["DEFAULT_POLICY_TIME_S", "AcquireRun", "acquire"]
 
 DEFAULT_POLICY_TIME_S = 60.0
 """What a policy may take in an episode: some 0.1 s an action."""
-_LARGEST_UNIT = 4
-"""Episodes that a process is given at once: a kill loses that many per process at most."""
 _PRELOADED = "affectsim_data.simulation.acquiring"
 
 _process: EpisodeProcess | None = None
@@ -121,7 +114,7 @@ def acquire(
     name = open_policy(policy).name
     job = Job(release, split, split_by, policy, name, seed, max_policy_time_s)
     rows = select_rows(release, split, split_by=split_by, filter=filter)[:limit]
-    ids, header, num_jobs = _ids(job, rows), _header(job), _num_jobs(jobs)
+    ids, header, num_jobs = episode_ids(job, rows), _header(job), _num_jobs(jobs)
     if out.exists() and not overwrite and not journal_path(out).exists():
         done = finished_run(out, header, ids)
         elapsed_s = time.perf_counter() - started
@@ -129,7 +122,7 @@ def acquire(
             out, len(ids), 0, done.endings, done.failures, done.failures_path, elapsed_s
         )
     with open_run_journal(out, header, anew=overwrite) as journal:
-        run = _Run(out, job, rows, journal, progress=progress)
+        run = Intake(out, job, rows, journal, progress=progress)
         # Opened even with nothing left to do: arguments are checked all the same.
         with open_engine(engine, jobs=jobs, address=ray_address, preload=_PRELOADED) as workers:
             try:
@@ -166,88 +159,6 @@ def _end_process() -> None:
     if _process is not None:
         _process.close()
     _process = None
-
-
-class _Run:
-    """Records as they come in."""
-
-    def __init__(
-        self,
-        out: Path,
-        job: Job,
-        rows: NDArray[np.int64],
-        journal: RunJournal,
-        *,
-        progress: bool,
-    ) -> None:
-        self._out, self._job, self._rows, self._journal = out, job, rows, journal
-        self._progress = progress
-        self._ids = _ids(job, rows)
-        self._scenes, self._placements = (
-            dictionary_codes(job.episodes.index.column(name))[0][rows]
-            for name in ("scene_id", "placement_id")
-        )
-        self.num_new = 0
-
-    def units(self, jobs: int) -> list[tuple[int, ...]]:
-        """Places of the episodes that are left, scene by scene, some at a time.
-
-        In a scene those that begin at the same place follow each other: what is seen of the scene
-        from there need not be drawn again.
-        """
-        done = np.array([one in self._journal.records for one in self._ids], bool)
-        order = np.lexsort((self._placements, self._scenes))
-        left = self._rows[order[~done[order]]].tolist()
-        # Small where few are left: every process shall have some of them.
-        size = min(_LARGEST_UNIT, max(1, math.ceil(len(left) / (2 * jobs))))
-        return [tuple(left[at : at + size]) for at in range(0, len(left), size)]
-
-    def take(self, results: Iterator[list[EpisodeRecord]]) -> None:
-        """Takes in unit after unit; says what is kept if that does not come to its end."""
-        total, before = len(self._ids), self._num_done()
-        if before:
-            self._say(f"going on; {before:,} of {total:,} episodes are done")
-        bar = tqdm(
-            total=total,
-            initial=before,
-            desc=self._job.name,
-            unit="episode",
-            disable=not self._progress,
-        )
-        failed = 0
-        try:
-            with bar:
-                for records in results:
-                    for record in records:
-                        self._journal.add(record)
-                        failed += record.ending == "failed"
-                    self.num_new += len(records)
-                    bar.set_postfix(failed=failed, refresh=False)
-                    bar.update(len(records))
-        except BaseException:
-            if self._num_done():
-                self._say(
-                    f"{self._num_done():,} of {total:,} episodes are done, kept in "
-                    f"{self._journal.path.name}; without overwrite the same run goes on from there"
-                )
-            raise
-
-    def _num_done(self) -> int:
-        return sum(one in self._journal.records for one in self._ids)
-
-    def _say(self, text: str) -> None:
-        if self._progress:
-            print(f"affectsim: {self._out}: {text}", file=sys.stderr)
-
-    def in_order(self) -> list[EpisodeRecord]:
-        """All of them, in the order of the split."""
-        return [self._journal.records[one] for one in self._ids]
-
-
-def _ids(job: Job, rows: NDArray[np.int64]) -> list[str]:
-    """Of the episodes at some rows of the split."""
-    ids: list[str] = job.episodes.index.column("episode_id").take(pa.array(rows)).to_pylist()
-    return ids
 
 
 def _header(job: Job) -> RunHeader:
