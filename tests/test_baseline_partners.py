@@ -17,8 +17,8 @@ from affectsim_data.simulation.policies.scan_search_follow.seeing import Sightin
 from affectsim_data.simulation.policies.scan_search_follow.senses import Senses
 from affectsim_data.simulation.policies.scan_search_follow.viewing import best_view
 
-TARGET, PARTNER = (0.1, -3.0), (0.9, -3.6)
-"""The first is 2 degrees beside where the robot is turned at first, the other 14."""
+TARGET, PARTNER = (0.1, -3.0), (1.0, -2.2)
+"""The first is 2 degrees beside where the robot is turned at first, the other 24, and nearer."""
 
 
 class SeenPeople:

@@ -56,8 +56,7 @@ class Intake:
 
     def units(self, jobs: int) -> list[tuple[int, ...]]:
         """Places of the episodes that are left, as `work_units`."""
-        done = np.array([one in self._journal.records for one in self._ids], bool)
-        left = ~done
+        left = np.array([one not in self._journal.records for one in self._ids], bool)
         return work_units(self._rows[left], self._scenes[left], self._placements[left], jobs=jobs)
 
     def take(self, results: Iterator[list[EpisodeRecord]]) -> None:

@@ -79,15 +79,15 @@ class Senses:
         searching = not observation.collecting
         self.here, self.yaw = observation.position[[0, 2]], observation.yaw
         self.time_s = observation.time_s
-        sightings = tuple(
+        around = tuple(
             one
             for one in self._finder.update(observation, compared=searching)
             if one.moved or not any(dead.hides(one) for dead in self._dead)
         )
-        around = sightings
-        other = self._other_meant(around)
+        partner = self.partner_xz
+        other = None if partner is None else self._other_meant(around, partner)
         if other is None:
-            sightings = self._theirs(around)
+            sightings = self._theirs(around, partner)
         else:
             self._turn_to_other()
             sightings = (other,)
@@ -119,9 +119,11 @@ class Senses:
         if self.track.is_stable and self.track.confidence >= sure:
             self._believed = self.course
 
-    def _theirs(self, sightings: tuple[Sighting, ...]) -> tuple[Sighting, ...]:
-        """Those that may be of the person who is believed, and not of who is with them."""
-        place, partner = self.track.place_xz, self.partner_xz
+    def _theirs(
+        self, sightings: tuple[Sighting, ...], partner: FloatArray | None
+    ) -> tuple[Sighting, ...]:
+        """Those that may be of the person who is believed, and not of a partner at `(2,)`."""
+        place = self.track.place_xz
         if place is not None and partner is not None:
             sightings = tuple(
                 one
@@ -139,22 +141,20 @@ class Senses:
             if away_m <= gate and (one.confidence >= _LIKELY or away_m <= reach + _NEAR_M)
         )
 
-    def _other_meant(self, sightings: tuple[Sighting, ...]) -> Sighting | None:
-        """The one of two people who is meant, if it is not the one who is tracked.
+    def _other_meant(self, sightings: tuple[Sighting, ...], partner: FloatArray) -> Sighting | None:
+        """The look at a partner at `(2,)`, if they are meant and not the one who is tracked.
 
         An episode begins turned to whom it is about; who of two matters cannot be seen.
         """
-        place, partner = self.track.place_xz, self.partner_xz
-        if place is None or partner is None:
-            return None
-        if turned_from(partner) + _CLEARLY > turned_from(place):
+        place = self.track.place_xz
+        if place is None or turned_from(partner) + _CLEARLY > turned_from(place):
             return None
         near = [
-            (math.dist(one.place_xz, partner), place)
-            for place, one in enumerate(sightings)
+            one
+            for one in sightings
             if one.confidence >= _SURELY and math.dist(one.place_xz, partner) < _NEAR_M
         ]
-        return sightings[min(near)[1]] if near else None
+        return min(near, key=lambda one: math.dist(one.place_xz, partner), default=None)
 
     def _turn_to_other(self) -> None:
         """Tracks somebody else from now on, believed as much as who was tracked before."""
