@@ -384,6 +384,22 @@ class TestWalkers:
         assert 1 <= approach.planner_calls <= 6
 
 
+def test_bumps_are_forgotten_once_where_they_leave_but_a_back_to_see() -> None:
+    plan = whole_turn(box_room("hall", half=4.0), (0.0, 0.0), (3.0, -3.5), (-3.0, -3.5))
+    senses, walk = sensing((0.0, -1.5)), Walk(plan)
+    senses.plan, senses.course = plan, watched((0.0, -1.5), 0.0)
+    for yaw in np.arange(24) * TURN:
+        walk.note(senses.here, yaw, clipped=True)
+    shut_in = best_view(plan, senses.here, senses.course, [])
+    assert np.array_equal(shut_in.place_xz, senses.here)
+    approach = Approach(senses, walk)
+    approach._survey, approach._lost_way = [], True
+    approach.action()
+    assert approach._view is not None
+    assert approach._view.place_xz[1] < -2.5
+    assert not walk.forget_bumps()
+
+
 def test_who_is_gone_is_searched_for_again(hall: OccupancyMap) -> None:
     senses = sensing(None)
     assert Approach(senses, Walk(hall)).action() is None

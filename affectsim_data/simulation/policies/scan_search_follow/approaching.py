@@ -30,6 +30,9 @@ _CHOICES = 14
 _GAIN, _MORE_GAIN, _WALKER_GAIN = 0.06, 0.02, 0.3
 """A view has to be worth so much more to be gone to instead, and more every time."""
 _RECONSIDER_S = 2.5
+_RETRIES, _MEAGRE = 1, 1.0
+"""Where no view of that quality is left, what cut moves short is forgotten, so often: it closes
+passages on the map that the robot may fit through after all."""
 _SURVEYED_M = 3.5
 _SURVEY = 3
 """Turns to either side once a person is this near: to know the floor beside them."""
@@ -62,6 +65,7 @@ class Approach:
         self._learn_until_s: float | None = None
         self._waits, self._wait_until_s = _WAITS, -1.0
         self._lost_way = False
+        self._retries = _RETRIES
         self.planner_calls = 0
         """Views chosen so far."""
 
@@ -168,6 +172,12 @@ class Approach:
         self._choices += 1
         self.planner_calls += 1
         found = best_view(senses.plan, senses.here, senses.course, self._avoid, senses.partner_xz)
+        if found.quality < _MEAGRE and self._retries > 0 and self._walk.forget_bumps():
+            self._retries -= 1
+            self._avoid.clear()
+            found = best_view(
+                senses.plan, senses.here, senses.course, self._avoid, senses.partner_xz
+            )
         if found.is_poor and self._detours < _DETOURS:
             if not self._lost_way:
                 # Too little is known of the floor to say: look all around, once.

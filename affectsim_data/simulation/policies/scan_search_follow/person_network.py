@@ -145,7 +145,7 @@ def find_people(
                 vfov=camera.vfov,
                 camera_height_m=camera_height_m,
             )
-            logits, facing = network(images)
+            logits, facing = network(images.contiguous(memory_format=torch.channels_last))
             share = logits[0].sigmoid()
     finally:
         torch.set_num_threads(threads)
@@ -170,7 +170,8 @@ def read_person_network(path: Path) -> PersonNetwork:
     """
     network = PersonNetwork()
     _FILE.load(path, network)
-    return network.eval()
+    # Channels beside each other are a third faster for one small image.
+    return network.eval().to(memory_format=torch.channels_last)
 
 
 @functools.cache

@@ -135,7 +135,7 @@ class Search:
             goal = self._least_visited()
             self._avoid.clear()
             if goal is None:
-                senses.plan.forget_blocks()
+                self._walk.forget_bumps()
         return goal
 
     def _least_visited(self) -> FloatArray | None:

@@ -60,6 +60,14 @@ class Walk:
             self._bumps_left -= 1
             self._path = None
 
+    def forget_bumps(self) -> bool:
+        """Forgets what cut moves short, on the map too; whether there was anything to forget."""
+        had_any = bool(self._bumps)
+        self._bumps.clear()
+        self._path = None
+        self._plan.forget_blocks()
+        return had_any
+
     def action(
         self, here: FloatArray, yaw: float, goal: FloatArray, *, within_m: float = _ARRIVED_M
     ) -> Action | None:
