@@ -312,6 +312,16 @@ def test_a_doubtful_track_gives_way_to_a_surer_one() -> None:
     assert place(track) == pytest.approx([2.0, -2.0])
 
 
+def test_who_went_over_to_a_thing_comes_back_to_somebody_surer() -> None:
+    track = PersonTrack()
+    looks(track, *[[sighting(0.0, -3.0, 0.97)]] * 4)
+    thing = (1.2, -2.5)
+    looks(track, [sighting(*thing, 0.8)], *[[sighting(*thing, 0.55)]] * 3, start_s=4.0)
+    assert place(track) == pytest.approx(thing)
+    looks(track, [sighting(0.0, -3.0, 0.99), sighting(*thing, 0.6)], start_s=5.0)
+    assert place(track) == pytest.approx([0.0, -3.0])
+
+
 def test_weak_sightings_begin_no_track_but_go_on_with_one() -> None:
     track = PersonTrack()
     looks(track, [sighting(0.0, -3.0, 0.45)])
@@ -342,7 +352,7 @@ def test_who_walks_faces_where_they_go() -> None:
 
 def test_shipped_weights_are_small_and_whole() -> None:
     path = content_path("builders", WEIGHTS)
-    assert path.stat().st_size < 200_000
+    assert path.stat().st_size < 400_000
     network = load_person_network()
     assert not network.training
     assert all(value.isfinite().all() for value in network.state_dict().values())
@@ -373,7 +383,7 @@ def test_bad_weights_are_named(tmp_path: Path) -> None:
     save_file(
         {"a": torch.zeros(1)},
         str(tmp_path / "odd"),
-        metadata={"format": "affectsim-person-network-1"},
+        metadata={"format": "affectsim-person-network-2"},
     )
     with pytest.raises(ValueError, match="odd: weights do not fit the network"):
         read_person_network(tmp_path / "odd")

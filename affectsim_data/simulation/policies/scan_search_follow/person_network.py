@@ -36,12 +36,12 @@ CELLS = 28
 """Cells along a side of its answers: four pixels each."""
 WEIGHTS = "detector/person_network.safetensors"
 """Where the weights lie in `builders/`."""
-_CHANNELS = (16, 24, 32)
+_CHANNELS = (24, 40, 64)
 _FAR_M = 20.0
 """Stands for a depth at which nothing was hit."""
 _FILE = WeightsFile(
     network="PersonNetwork",
-    mark="affectsim-person-network-1",
+    mark="affectsim-person-network-2",
     max_bytes=4 << 20,
     making="python -m affectsim_data.simulation.policies.scan_search_follow.training makes one",
 )

@@ -121,12 +121,15 @@ class PersonTrack:
 
     def _chosen(self, sightings: Sequence[Sighting], now: float) -> Sighting | None:
         last = self._looks[-1] if self._looks else None
+        surest = max((one.confidence for one in sightings), default=0.0)
+        # A track that went over to a thing gives way to somebody surer beside it.
+        least = surest - _SWITCH_GAIN if self.confidence < surest - _SWITCH_GAIN else 0.0
         if last is not None and now - last.time_s <= _LOST_S:
             gate = _GATE_M + _WALK_M_PER_S * (now - last.time_s)
             near = [
                 (math.dist(one.place_xz, last.place_xz), -one.confidence, place)
                 for place, one in enumerate(sightings)
-                if math.dist(one.place_xz, last.place_xz) <= gate
+                if math.dist(one.place_xz, last.place_xz) <= gate and one.confidence >= least
             ]
             if near:
                 return sightings[min(near)[2]]

@@ -38,7 +38,7 @@ _CRAMPED_M2 = 1.0
 """With so little floor in reach nothing can be chosen."""
 _BEFORE_M = np.arange(0.5, 1.3, 0.05)
 """Low things so far before a person hide their legs."""
-_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 2.2, 2.0, 0.3, 0.75, 0.025
+_FACING, _SIGHT, _LOW, _DISTANCE, _WAY = 2.2, 3.0, 0.8, 0.75, 0.025
 """What a view gains by each; distance and way count against it, by the metre."""
 
 
