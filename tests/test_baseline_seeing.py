@@ -16,6 +16,7 @@ from affectsim_data.poses import FloatArray
 from affectsim_data.releases import Release, open_release
 from affectsim_data.simulation.policies.scan_search_follow.bodies import median, span
 from affectsim_data.simulation.policies.scan_search_follow.changing import ChangeMemory
+from affectsim_data.simulation.policies.scan_search_follow.grading import grade_network
 from affectsim_data.simulation.policies.scan_search_follow.person_network import (
     CELLS,
     INPUT_SIZE,
@@ -28,6 +29,7 @@ from affectsim_data.simulation.policies.scan_search_follow.person_network import
     save_person_network,
 )
 from affectsim_data.simulation.policies.scan_search_follow.person_views import (
+    PersonViews,
     body_facing,
     draw_views,
 )
@@ -438,6 +440,51 @@ def test_views_carry_their_truth_and_can_be_learned_from(small_release_path: Pat
     first, second = (train_person_network(views, epochs=1, seed=3) for _ in range(2))
     for key, value in first.state_dict().items():
         assert torch.equal(value, second.state_dict()[key]), key
+
+
+class KnowingNetwork(PersonNetwork):
+    """Answers what it is told to."""
+
+    def __init__(self, share: NDArray[np.float32], facing: NDArray[np.float32]) -> None:
+        super().__init__()
+        self.told = torch.logit(torch.from_numpy(share), eps=1e-4)
+        self.turned = torch.from_numpy(np.stack([np.cos(facing), np.sin(facing)], axis=1))
+
+    def forward(self, images: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        assert len(images) == len(self.told)
+        return self.told, self.turned
+
+
+def test_grades_by_hand() -> None:
+    share = np.zeros((5, CELLS, CELLS), np.float32)
+    facing = np.full((5, CELLS, CELLS), np.nan, np.float32)
+    for view, (rows, turned) in enumerate([(2, 0.5), (2, -3.0), (5, 3.1), (5, 1.0)]):
+        share[view, :rows, :2] = 1.0
+        facing[view, :rows, :2] = turned
+    views = PersonViews(
+        np.zeros((5, INPUT_SIZE, INPUT_SIZE, 3), np.uint8),
+        np.ones((5, INPUT_SIZE, INPUT_SIZE), np.float16),
+        share.astype(np.float16),
+        facing.astype(np.float16),
+        CAMERA,
+        EYE_M,
+    )
+    truth = np.asarray(np.nan_to_num(facing), np.float32)
+    grades, false = grade_network(KnowingNetwork(share, truth), views)
+    assert [one.num_people for one in grades] == [2, 2, 0, 0]
+    assert [one.found for one in grades[:2]] == [1.0, 1.0]
+    assert [one.facing_off_deg for one in grades[:2]] == pytest.approx([0.0, 0.0], abs=0.1)
+    assert np.isnan(grades[2].found)
+    assert false == 0.0
+    # One is missed, one is turned to the other side, and a person is seen where nobody is.
+    seen, turned = share.copy(), truth.copy()
+    seen[0], seen[4, 3, 3] = 0.0, 0.9
+    turned[2] += np.float32(math.pi / 2.0)
+    grades, false = grade_network(KnowingNetwork(seen, turned), views)
+    assert [one.found for one in grades[:2]] == [0.5, 1.0]
+    assert [one.facing_wrong for one in grades[:2]] == [0.0, 0.5]
+    assert grades[1].facing_off_deg == pytest.approx(45.0, abs=0.1)  # median of 0 and 90
+    assert false == 1.0
 
 
 def _in_starting_frame(away: FloatArray, start_yaw: float) -> FloatArray:
