@@ -458,9 +458,9 @@ class KnowingNetwork(PersonNetwork):
 def test_grades_by_hand() -> None:
     share = np.zeros((5, CELLS, CELLS), np.float32)
     facing = np.full((5, CELLS, CELLS), np.nan, np.float32)
-    for view, (rows, turned) in enumerate([(2, 0.5), (2, -3.0), (5, 3.1), (5, 1.0)]):
+    for view, (rows, yaw) in enumerate([(2, 0.5), (2, -3.0), (5, 3.1), (5, 1.0)]):
         share[view, :rows, :2] = 1.0
-        facing[view, :rows, :2] = turned
+        facing[view, :rows, :2] = yaw
     views = PersonViews(
         np.zeros((5, INPUT_SIZE, INPUT_SIZE, 3), np.uint8),
         np.ones((5, INPUT_SIZE, INPUT_SIZE), np.float16),
@@ -469,7 +469,7 @@ def test_grades_by_hand() -> None:
         CAMERA,
         EYE_M,
     )
-    truth = np.asarray(np.nan_to_num(facing), np.float32)
+    truth = np.where(np.isnan(facing), np.float32(0.0), facing)
     grades, false = grade_network(KnowingNetwork(share, truth), views)
     assert [one.num_people for one in grades] == [2, 2, 0, 0]
     assert [one.found for one in grades[:2]] == [1.0, 1.0]
